@@ -95,6 +95,7 @@ class BalanceProblem(Problem):
 
     whole: Balance
 
+    truncates = True
     errors = NUMERICAL
     exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
     monitors_read_tangent = False
@@ -365,6 +366,20 @@ class BalanceProblem(Problem):
         other.listed = np.array(listed, np.int64)
         other.signature = other._words()
         return other
+
+    def on_layout(self, method, layout, orbits, values, bounds):
+        """Yield pairs (problem, `Corrected`) of balances on another layout: the points beside ``orbits``, rows of a branch in order,
+        in the planes across the way from each to the next; ``values`` (m,) are their parameters, within ``bounds``."""
+        balance = method.balance(self.system, layout)
+        path = path_over(balance, self.parameter, bounds)
+        sizes = np.append(np.full(balance.size, float(self.scale[0])), float(self.scale[-1]))
+        points = np.array([np.append(orbit.layout.moved(orbit.coefficients, layout), p)
+                           for orbit, p in zip(orbits, values, strict=True)])
+        for k, x in enumerate(points):
+            made = BalanceProblem(balance, method, path, x, sizes)
+            tangent = made._null_vector(x)[0]
+            way = (points[min(k + 1, len(points) - 1)] - points[max(k - 1, 0)]) / sizes
+            yield made, made.correct(x, tangent if float(tangent @ way) >= 0.0 else -tangent)
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations and order of events."""

@@ -7,6 +7,7 @@ from ...solve.steplaw import BOUNDARY_BAND
 from ..kinds import StopReason
 from ..resimulation import Resimulated, resimulated
 from .retraced import retraced
+from .truncated import truncated
 
 EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
 
@@ -31,6 +32,9 @@ class Audit:
     retraced : tuple of (float, float)
         Arclengths of rows that lie on an earlier stretch of the branch in state and parameter, and of the place there: it runs back,
         or round once more. The last row of a closed branch is none of them.
+    truncated : tuple of (float, float, int or None)
+        Arclength intervals between rows of harmonic balance over which `stable` changes without a special point, because folds and
+        multipliers of few harmonics differ, and the highest harmonic that would decide (None: more than four times as many).
     failed : tuple of str
         What functions of the caller did that ended the branch.
     resimulated : Resimulated or None
@@ -45,21 +49,26 @@ class Audit:
     worst_residual: float
     unresolved: tuple[tuple[str, float, float], ...]
     retraced: tuple[tuple[float, float], ...] = ()
+    truncated: tuple[tuple[float, float, int | None], ...] = ()
     failed: tuple[str, ...] = ()
     resimulated: Resimulated | None = None
 
     @property
     def ok(self) -> bool:
-        """Whether nothing speaks against the list of special points, no row repeats another one, no function of the caller failed,
-        and every row that was simulated again is a motion."""
+        """Whether nothing speaks against the list of special points, no row repeats another one, stability is decided, no function
+        of the caller failed, and every row that was simulated again is a motion."""
         again = self.resimulated
-        told = self.parity and not (self.unresolved or self.retraced or self.failed)
+        told = self.parity and not (self.unresolved or self.retraced or self.truncated or self.failed)
         return told and (again is None or not (again.not_repeated or again.unexplained))
 
     def __repr__(self) -> str:
         verdict = "ok" if self.ok else f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved"
         if self.retraced:
             verdict += f", {len(self.retraced)} rows on an earlier stretch"
+        if self.truncated:
+            most = max((harmonics or 0 for *_, harmonics in self.truncated), default=0)
+            verdict += (f", stability changes {len(self.truncated)} times without a special point: give "
+                        f"{'more' if None in [k for *_, k in self.truncated] else most} harmonics")
         verdict += "".join(f", {text}" for text in self.failed)
         again = self.resimulated
         if again is not None and not self.ok:
@@ -76,9 +85,10 @@ def audit_branch(branch, arrays) -> Audit:
     bins = np.searchsorted(EDGES, np.minimum(arrays["angle"], EDGES[-1] - 1e-12), "right") - 1
     angles = np.bincount(bins, minlength=len(EDGES) - 1)
     failed = tuple(dict.fromkeys(end.message for end in branch.ends if end.reason is StopReason.CALLBACK_FAILED))
-    again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
+    fast = branch.options.get("audit") == "fast"
+    again = None if fast else resimulated(branch, arrays)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
-                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), failed, again)
+                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), () if fast else truncated(branch), failed, again)
 
 
 def told_slopes(arrays, points):
