@@ -26,8 +26,8 @@ class AtlasStatus(DescribedEnum):
                                       "bounds.")
     STILL_FINDING = ("still_finding", "Every check still found something new; there is more than was found. Narrow "
                                       "the bounds, or raise samples and checks.")
-    FAILED = ("failed", "Parts of the work raised, and what they would have found is missing: `failures` has their messages. Mend what "
-                        "they name; with file= the same call then computes these parts alone.")
+    FAILED = ("failed", "Parts of the work raised, and what they would have found is missing: `failures` has their messages. "
+                        "Mend what they name; with file= the same call then computes these parts alone.")
     NO_MOTION = ("no_motion", "No start led to a periodic or chaotic motion: the system diverges there, or needs "
                               "another region.")
 

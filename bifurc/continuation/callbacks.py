@@ -1,5 +1,5 @@
-"""The caller's functions along a branch (``stop=``, ``record=``, ``progress=``, ``monitors=``): what they raise, or return that they
-must not, is named as theirs, so that a branch can end with it and keep its rows."""
+"""The caller's functions along a branch (``stop=``, ``record=``, ``progress=``, ``monitors=``): what they raise, or return that
+they must not, is named as theirs, so that a branch can end with it and keep its rows."""
 import numbers
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ NUMBERS = "biufc"  # kinds of dtypes that are numbers
 
 
 def asked(name: str, function, *arguments):
-    """Return ``function(*arguments)``; what it raises becomes a `CallbackError` that names it, but for limits of time and memory."""
+    """Return ``function(*arguments)``; what it raises becomes a `CallbackError` that names it; limits of time and memory pass."""
     try:
         return function(*arguments)
     except PASSED_ON:

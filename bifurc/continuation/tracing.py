@@ -200,7 +200,8 @@ def handed_on(owner: str, options, bounds, names) -> dict:
                          f"{', '.join(HANDED_ON)}")
     try:
         steps = {name: options.get(name, value) for name, value in HANDED_ON.items() if name != "peaks"}
-        step_options(*bounds, steps["ds"], steps["ds_max"], steps["ds_min"], steps["max_steps"], None, None, None, steps["audit"])
+        low, high = bounds
+        step_options(low, high, steps["ds"], steps["ds_max"], steps["ds_min"], steps["max_steps"], None, None, None, steps["audit"])
         checked_peaks(options.get("peaks"), names)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{owner}: trace = {options!r} is not allowed; {error}") from None

@@ -26,7 +26,8 @@ def test_options_of_trace_are_checked_before_work(options, text, tmp_path):
 
 def test_good_options_reach_the_traces():
     found = asked(trace={"ds_max": 0.05, "peaks": ["max_0"], "audit": "fast", "max_steps": 300})
-    assert found.branches and all(branch.options["ds_max"] == 0.05 and branch.options["audit"] == "fast" for branch in found.branches)
+    assert found.branches
+    assert all(branch.options["ds_max"] == 0.05 and branch.options["audit"] == "fast" for branch in found.branches)
     assert found.status is not AtlasStatus.FAILED and found.failures == ()
 
 

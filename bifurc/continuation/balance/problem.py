@@ -368,8 +368,8 @@ class BalanceProblem(Problem):
         return other
 
     def on_layout(self, method, layout, orbits, values, bounds):
-        """Yield pairs (problem, `Corrected`) of balances on another layout: the points beside ``orbits``, rows of a branch in order,
-        in the planes across the way from each to the next; ``values`` (m,) are their parameters, within ``bounds``."""
+        """Yield pairs (problem, `Corrected`) of balances on another layout: the points beside ``orbits``, rows of a branch in
+        order, in the planes across the way from each to the next; ``values`` (m,) are their parameters, within ``bounds``."""
         balance = method.balance(self.system, layout)
         path = path_over(balance, self.parameter, bounds)
         sizes = np.append(np.full(balance.size, float(self.scale[0])), float(self.scale[-1]))

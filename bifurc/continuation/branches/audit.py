@@ -30,8 +30,8 @@ class Audit:
     unresolved : tuple of (str, float, float)
         Kind, arclength and parameter of pairs of special points that cannot be told from none.
     retraced : tuple of (float, float)
-        Arclengths of rows that lie on an earlier stretch of the branch in state and parameter, and of the place there: it runs back,
-        or round once more. The last row of a closed branch is none of them.
+        Arclengths of rows that lie on an earlier stretch of the branch in state and parameter, and of the place there: it runs
+        back, or round once more. The last row of a closed branch is none of them.
     truncated : tuple of (float, float, int or None)
         Arclength intervals between rows of harmonic balance over which `stable` changes without a special point, because folds and
         multipliers of few harmonics differ, and the highest harmonic that would decide (None: more than four times as many).
@@ -87,8 +87,10 @@ def audit_branch(branch, arrays) -> Audit:
     failed = tuple(dict.fromkeys(end.message for end in branch.ends if end.reason is StopReason.CALLBACK_FAILED))
     fast = branch.options.get("audit") == "fast"
     again = None if fast else resimulated(branch, arrays)
+    undecided = () if fast else truncated(branch)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
-                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), () if fast else truncated(branch), failed, again)
+                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), undecided, failed,
+                 again)
 
 
 def told_slopes(arrays, points):

@@ -89,4 +89,5 @@ def repeats(branch, arrays, row, start, t) -> bool:
         return True
     except ERRORS:
         return False
-    return bool(c.converged and np.abs((c.x - x[here]) / problem.scale).max() <= EQUAL * (1.0 + np.abs(x[here] / problem.scale).max()))
+    known = EQUAL * (1.0 + float(np.abs(x[here] / problem.scale).max()))
+    return bool(c.converged and np.abs((c.x - x[here]) / problem.scale).max() <= known)

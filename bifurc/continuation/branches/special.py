@@ -101,7 +101,7 @@ class SpecialPoint(Notebook):
 
     @property
     def solution(self) -> Any:
-        """The solution at this point, as in ``branch.orbits``: from the side on which the equations know it, where only one does."""
+        """The solution at this point, as in ``branch.orbits``, from the side on which the equations know it."""
         made = solution_at(self.problem, self.x, self.on_boundary)
         if self.successor is None or getattr(made, "success", True):
             return made

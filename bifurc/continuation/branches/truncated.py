@@ -1,7 +1,8 @@
 """Changes of stability along balances that no special point explains: folds and multipliers of truncated equations differ.
 
-The multipliers of a balance are those of its motion, and pass +1 where the motion has its fold; the branch turns where the balance has
-its own.  Both are one point in the limit of many harmonics.  Rows between the two tell a stability that is not that of the branch.
+The multipliers of a balance are those of its motion, and pass +1 where the motion has its fold; the branch turns where the balance
+has its own.  Both are one point in the limit of many harmonics.  Rows between the two tell a stability that is not that of the
+branch.
 """
 import math
 from dataclasses import replace
@@ -17,8 +18,8 @@ AROUND = 3  # rows on either side that are looked at: a fold of other equations 
 
 
 def truncated(branch) -> tuple[tuple[float, float, int | None], ...]:
-    """Return arclength intervals between two rows over which stability changes without a special point, and the highest harmonic with
-    which it does no more: that many would decide; None: more than are tried."""
+    """Return arclength intervals between two rows over which stability changes without a special point, and the highest harmonic
+    with which it does no more: that many would decide; None: more than are tried."""
     if not any(problem.truncates for problem in branch.problems):
         return ()
     s, marks = branch.column("s"), np.array([point.s for point in branch.special_points])
@@ -40,11 +41,12 @@ def deciding(branch, a: int, b: int) -> int | None:
         layout = finer(orbits[0].layout, factor)
         method = replace(orbits[0].method, harmonics=tuple(k / layout.periods for k in layout.harmonics), condense=False)
         try:
-            told = [stability_of(*pair) for pair in branch.problems[0].on_layout(method, layout, orbits, x, bounds)]
+            every = [stability_of(*pair) for pair in branch.problems[0].on_layout(method, layout, orbits, x, bounds)]
         except ERRORS:
             continue
-        if None not in told and all((one[0] != other[0]) == (one[1] * other[1] < 0.0)
-                                    for one, other in zip(told[:-1], told[1:], strict=True)):
+        told = [one for one in every if one is not None]
+        agree = all((one[0] != other[0]) == (one[1] * other[1] < 0.0) for one, other in zip(told[:-1], told[1:], strict=True))
+        if agree and len(told) == len(every):
             return int(layout.top // layout.periods)
     return None
 

@@ -28,7 +28,8 @@ def stop(kind, gap=1.6, omega=0.5):
                                               ("elastic", HarmonicBalance(9, aft="sampled"))])
 def test_a_graze_is_a_success_on_a_boundary(kind, method, tmp_path):
     """Just there the motion is the linear one, whose amplitude is the gap."""
-    branch = bf.trace(bf.find_orbit(stop(kind), method=method) if method else bf.find_orbit(stop(kind)), "omega", bounds=(0.5, 0.75))
+    orbit = bf.find_orbit(stop(kind), method=method) if method else bf.find_orbit(stop(kind))
+    branch = bf.trace(orbit, "omega", bounds=(0.5, 0.75))
     branch.save(tmp_path / "branch.npz")
     status = BalanceStatus.ON_BOUNDARY if method else OrbitStatus.ON_BOUNDARY
     for here in (branch, Branch.load(tmp_path / "branch.npz")):
@@ -57,14 +58,18 @@ def test_an_onset_of_slip_is_a_success_on_a_boundary(method):
     assert all(orbit.success for orbit in branch.orbits)
 
 
+def two(own, between):
+    return [[own, -between], [-between, own]]
+
+
 SCENES = {  # rounding put a guard of each on the wrong side, by 1e-13 to 1e-6
     "slips between impacts": (lambda: System(1.0, 0.0249, 1.0, [HarmonicForce(1.0), RigidStop(0.587, 0.339), Coulomb(0.2)],
                                              omega=0.764)),
     "slips of no duration": (lambda: System(1.0, 0.142, 1.0, [HarmonicForce(1.0), RigidStop(0.605, 0.299), Coulomb(0.13)],
                                             omega=0.651)),
-    "a mass that just slips": (lambda: System(np.diag([1.0, 0.799]), [[0.135, -0.075], [-0.075, 0.135]], [[2.25, -1.25], [-1.25, 2.25]], [
+    "a mass that just slips": (lambda: System(np.diag([1.0, 0.799]), two(0.135, 0.075), two(2.25, 1.25), [
         HarmonicForce(0.601), RigidStop(0.244, 0.305), Coulomb(0.565, dof=1)], omega=0.981)),
-    "chattering between masses": (lambda: System(np.diag([1.0, 1.61]), [[0.1, -0.03], [-0.03, 0.08]], [[1.566, -0.566], [-0.566, 1.566]], [
+    "chattering between masses": (lambda: System(np.diag([1.0, 1.61]), [[0.1, -0.03], [-0.03, 0.08]], two(1.566, 0.566), [
         HarmonicForce(0.896), RigidStop(0.695, 0.392, row=(1.0, -1.0)), RigidStop(0.684, 0.31, row=(-1.0, 1.0))], omega=1.07)),
 }
 

@@ -91,7 +91,8 @@ def test_a_row_inside_a_step_takes_the_place_of_one_that_lies_behind_it(s, beyon
 
 def test_callbacks_of_a_row():
     """Recorded, asked whether to stop unless the branch stops anyway, shown; what they raise ends the branch."""
-    stopped, shown, row = [], [], SimpleNamespace(p=0.3, recorded=None, part=SimpleNamespace(problem=SimpleNamespace(parameter="p")), x=np.zeros(2))
+    stopped, shown, part = [], [], SimpleNamespace(problem=SimpleNamespace(parameter="p"))
+    row = SimpleNamespace(p=0.3, recorded=None, part=part, x=np.zeros(2))
 
     def half(reason=None, **callbacks):
         stopped.clear()
