@@ -3,9 +3,9 @@
 The functions are not stored with a branch; one that was read from a file is as good as before, but is extended, and its points
 are followed as curves, only by a new trace.
 """
-from .callbacks import value_of
 from .kinds import SpecialPointKind
 from .problem import Monitor
+from .steps.callbacks import value_of
 from .watching import Watching
 
 TAKEN = ("bound", "listed", "unlisted", "leaving", "merges")  # names that monitors of the package have

@@ -18,10 +18,10 @@ from ...lazy import Later
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
 from ...solve.steprun import ON_BOUND
-from ..callbacks import asked, recorded, stops
 from ..kinds import ERRORS, CallbackError, CorrectorStatus, StopReason
 from ..problem import ROUNDED
 from . import detect, hidden
+from .callbacks import asked, recorded, stops
 from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .kinds import PASSED_ON, CallbackError
+from ..kinds import PASSED_ON, CallbackError
 
 NUMBERS = "biufc"  # kinds of dtypes that are numbers
 
