@@ -5,7 +5,7 @@ import numpy as np
 
 from ..basins.attractors.records import packed_points, unpacked
 from ..continuation.branches.branch import Branch
-from ..continuation.kinds import ContinuationError, SpecialPointKind
+from ..continuation.kinds import ERRORS, ContinuationError, SpecialPointKind, StopReason
 from ..continuation.switching import switch_branch
 from ..continuation.tracing import trace
 from ..orbits.orbit import PeriodicOrbit
@@ -28,7 +28,7 @@ def trace_orbits(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     -------
     meta, arrays
         ``branches``: one a start, each with ``header`` (None where none was traced, or all of its
-        orbits have a shorter period), ``why`` and ``offers`` (headers of
+        orbits have a shorter period), ``why``, ``failed`` (what raised on the way), ``offers`` (headers of
         orbits on other branches), and the parameter where each leaves.
     """
     elements = payload.get("elements", ())
@@ -36,16 +36,17 @@ def trace_orbits(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     found: list[dict] = []
     offered: list[list[PeriodicOrbit]] = []
     for orbit in unpacked(payload["orbits"], payload["arrays"], elements):
-        why, offers, at = "", list[PeriodicOrbit](), list[float]()
+        why, offers, at, failed = "", list[PeriodicOrbit](), list[float](), list[str]()
         try:
             branch = _traced(orbit, payload)
         except (ContinuationError, ArithmeticError) as error:
             branch, why = None, str(error)
         if branch is not None:
-            offers, at = _offers(branch, payload["periods"])
+            failed = [end.message for end in branch.ends if end.reason is StopReason.CALLBACK_FAILED]
+            offers, at = _offers(branch, payload["periods"], failed)
         branches.append(branch)
         offered.append(offers)
-        found.append({"why": why, "at": at})
+        found.append({"why": why, "at": at, "failed": failed})
     headers, arrays = packed_branches(branches)
     others, more = packed_points(offered)
     return {"branches": [{"header": header, "offers": those, **mine}
@@ -60,15 +61,23 @@ def _traced(orbit: PeriodicOrbit, payload: Mapping) -> Branch | None:
     return trimmed(branch, periods)
 
 
-def _offers(branch: Branch, longest: int) -> tuple[list[PeriodicOrbit], list[float]]:
-    """Return orbits on other branches that the special points of a branch lead to, and the parameters where they leave."""
+def _offers(branch: Branch, longest: int, failed: list[str] | None = None) -> tuple[list[PeriodicOrbit], list[float]]:
+    """Return orbits on other branches that the special points of a branch lead to, and the parameters where they leave; what raises
+    at one is added to ``failed`` and the others are kept."""
     offers: list[PeriodicOrbit] = []
     at: list[float] = []
     most = max(1, longest // periods_of(branch))
     for point in branch.special_points:
         if point.kind not in SWITCHED:
             continue
-        for other in switch_branch(point, n_max=most):
+        try:
+            others = switch_branch(point, n_max=most)
+        except ERRORS as error:
+            if failed is None:
+                raise
+            failed.append(f"switch_branch at {branch.parameter} = {point.parameter:.9g}: {type(error).__name__}: {error}")
+            continue
+        for other in others:
             if isinstance(other, PeriodicOrbit) and other.periods <= longest and other.success:
                 offers.append(other)
                 at.append(point.parameter)

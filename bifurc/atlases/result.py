@@ -27,6 +27,8 @@ class AtlasStatus(DescribedEnum):
                                       "bounds.")
     STILL_FINDING = ("still_finding", "Every check still found something new; there is more than was found. Narrow "
                                       "the bounds, or raise samples and checks.")
+    FAILED = ("failed", "Parts of the work raised, and what they would have found is missing: `failures` has their messages. "
+                        "Mend what they name; with file= the same call then computes these parts alone.")
     NO_MOTION = ("no_motion", "No start led to a periodic or chaotic motion: the system diverges there, or needs "
                               "another region.")
 
@@ -84,6 +86,8 @@ class Atlas(Content):
             status = AtlasStatus.MOST_BRANCHES
         if not search.branches and all(not any(probe.counts) for probe in search.probes):
             status = AtlasStatus.NO_MOTION
+        if search.failures:
+            status = AtlasStatus.FAILED
         options = {**search.options, "samples": search.job["samples"], **search.job["options"]}
         return cls(search.system, search.parameter, search.bounds, region, tuple(search.branches), tuple(search.origins),
                    tuple(search.probes), tuple(search.untraced), tuple(search.failures), options, status, search.store.key)

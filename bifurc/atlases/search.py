@@ -220,6 +220,7 @@ class Search:
                     continue
                 meta, arrays = result
                 mine = meta["branches"][0]
+                self.failures += [f"{origin}: {text}" for text in mine.get("failed", ())]
                 if mine["header"] is None and mine["why"]:
                     self.untraced.append((orbit.system.parameter(self.parameter), mine["why"]))
                 (branch,) = unpacked_branches([mine["header"]], arrays, self.job["elements"])

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ..compose.scene import scene_of
-from ..continuation.tracing import ordered_bounds
+from ..continuation.tracing import handed_on, ordered_bounds
 from ..ensemble.region import Region
 from ..jobs.executors import check_executor, user_parts
 from ..jobs.store import ChunkStore, finished
@@ -57,7 +57,7 @@ def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mappin
     tolerance, max_periods, max_events
         As for `basins_of_attraction`.
     trace : mapping, optional
-        Options of `trace`, such as ``{"ds_max": 0.02}``.
+        Options of `trace`: ``ds``, ``ds_max``, ``ds_min``, ``max_steps``, ``peaks``, ``audit``, such as ``{"ds_max": 0.02}``.
     executor, workers, file
         As for `sweep`: probes and traces are chunks; after an interrupt the same call computes only what is missing.
 
@@ -93,9 +93,10 @@ def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mappin
     box = Region(region, at)
     for value in (low, high):
         box.starts(scene_of(system.with_parameters(**{parameter: value})), 1, 0)
+    amplitudes = [f"{name}_{i}" for i in range(system.n) for name in ("max", "min", "rms", "h1")]
     options = {"probes": _whole("probes", probes), "checks": _whole("checks", checks), "periods": _whole("periods", periods),
                "longest": _whole("longest", longest), "most_branches": _whole("most_branches", most_branches),
-               "seed": _whole("seed", seed, 0), "trace": dict(trace or {})}
+               "seed": _whole("seed", seed, 0), "trace": handed_on("atlas", trace, (low, high), amplitudes)}
     if not 0.0 < float(tolerance) <= 0.1:
         raise ValueError(f"tolerance = {tolerance!r} is not allowed; it must be above 0 and at most 0.1")
     check_executor(executor)

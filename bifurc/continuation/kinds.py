@@ -7,6 +7,7 @@ from ..enumerations import DescribedEnum
 
 # what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
 ERRORS = (ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RuntimeError, TypeError, ValueError)
+PASSED_ON = (TimeoutError, MemoryError)
 NUMERICAL = (ArithmeticError, RuntimeError, ValueError)  # what formulas may raise that are right
 
 
@@ -39,6 +40,11 @@ class SpecialPointKind(StrEnum):
     DEGENERATE_GRAZING = "degenerate_grazing"
     INTERNAL_RESONANCE = "internal_resonance"
     USER = "user"
+
+
+# kinds of points where an event is touched, born or dies: the equations of one event sequence end there
+BOUNDARIES = (SpecialPointKind.GRAZING, SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION,
+              SpecialPointKind.CHATTER_COMPLETION, SpecialPointKind.CYCLE_END, SpecialPointKind.BOUNDARY_EQUILIBRIUM)
 
 
 class LocationStatus(DescribedEnum):
@@ -76,8 +82,11 @@ class StopReason(DescribedEnum):
                                 "branch reaches the edge of where the problem is defined. Set a bound before it.")
     SINGULAR = ("singular", "The Jacobian has lost more than one rank and no single branch direction exists; perturb "
                             "the start or a second parameter.")
-    EXCEPTION = ("exception", "The problem's own code raised at every step down to ds_min; the message names the "
-                              "exception.")
+    EXCEPTION = ("exception", "The problem's own code raised at every step down to ds_min, or where no shorter step avoids it; the "
+                              "points before are kept, and the message names the exception.")
+    CALLBACK_FAILED = ("callback_failed", "A function of the caller (stop=, record=, progress= or one of monitors=) raised, or "
+                                          "returned what it must not; the message names it. The points so far are kept: mend the "
+                                          "function, and extend(...) goes on.")
     NO_SUCCESSOR = ("no_successor", "The branch crossed the end of validity of its equations and no successor problem "
                                     "was offered, or the successor could not be started.")
     CYCLE_END = ("cycle_end", "The orbit ends here: the motion that leads into the stick reaches the speed of the "
@@ -108,6 +117,10 @@ class StopReason(DescribedEnum):
                             "it stands or moves it against a slider; the other way it sticks all the time, anywhere in an "
                             "interval of positions. Here a slip has one direction only and lasts for nothing, and no single "
                             "motion goes on. find_orbit from a state at rest gives one of them.")
+
+
+class CallbackError(ValueError):
+    """A function of the caller failed; the text names it and what it did."""
 
 
 class ContinuationError(ValueError):

@@ -5,6 +5,7 @@ are followed as curves, only by a new trace.
 """
 from .kinds import SpecialPointKind
 from .problem import Monitor
+from .steps.callbacks import value_of
 from .watching import Watching
 
 TAKEN = ("bound", "listed", "unlisted", "leaving", "merges")  # names that monitors of the package have
@@ -40,21 +41,6 @@ class WithMonitors(Watching):
     def to_record(self) -> dict:
         """Return the record of the inner problem with the names watched."""
         return {**self.inner.to_record(), "monitors": list(self.functions)}
-
-
-def value_of(name, function, solution) -> float:
-    """Return ``function(solution)`` as a float.
-
-    Raises
-    ------
-    ValueError
-        When it is no number; NaN is allowed and never a zero.
-    """
-    value = function(solution)
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"monitor {name!r} must return a number, got {value!r}") from None
 
 
 def with_monitors(problem, functions):

@@ -61,16 +61,20 @@ def with_peaks(problem, peaks):
     ValueError
         Naming a measure that the problem does not have.
     """
+    names = checked_peaks(peaks, problem.measure_names)
+    return WithPeaks(problem, names) if names else problem
+
+
+def checked_peaks(peaks, measures) -> tuple[str, ...]:
+    """Return the names of ``peaks`` (None, a name, or several), or raise ValueError: amplitudes among ``measures``."""
     if peaks is not None and not isinstance(peaks, str | list | tuple):
         raise ValueError(f"peaks = {peaks!r} is not allowed; it must be the name of a measure, or several")
     names = () if peaks is None else ((peaks,) if isinstance(peaks, str) else tuple(peaks))
-    if not names:
-        return problem
+    good = [key for key in measures if key not in UNORDERED and not key.startswith("multiplier")]
     for name in names:
-        if name not in problem.measure_names or name in UNORDERED or name.startswith("multiplier"):
-            good = [key for key in problem.measure_names if key not in UNORDERED and not key.startswith("multiplier")]
+        if name not in good:
             raise ValueError(f"peaks = {name!r} is no amplitude measure of this branch; there are {', '.join(good)}")
-    return WithPeaks(problem, names)
+    return names
 
 
 UNORDERED = ("stable", "n_events", "period")

@@ -188,6 +188,7 @@ class Problem:
     smooth_boundaries = False  # whether the equations are smooth across boundaries, at which only the order of events changes
     monitors_read_tangent = True  # whether `monitor_values` does
     follows = False  # whether `follow` makes steps
+    truncates = False  # whether its solutions are those of truncated equations, whose multipliers belong to the whole motion
     free = 0  # how many quantities no equation decides: what sticks all the time may stand anywhere in an interval
     placed = None  # error of the parameter of ``x0``, own units, where more than the equations tells it
     wraps = False  # whether `wrapped_jacobian` gives the multipliers as singularities of the equations

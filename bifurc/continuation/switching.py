@@ -1,6 +1,7 @@
 """`switch_branch`: starts on the other branches that meet in a special point."""
 import numpy as np
 
+from ..elements.checks import number, whole
 from .branches.special import SpecialPoint
 from .kinds import SpecialPointKind
 from .problem import Corrected
@@ -39,6 +40,8 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     if not isinstance(point, SpecialPoint):
         raise ValueError(f"point = {point!r} is not allowed; it must be a special point of a branch, such as "
                          "branch.special_points[0]")
+    n_max = whole("switch_branch", "n_max", n_max, least=1)
+    distance = number("switch_branch", "distance", distance, above=0.0)
     own = point.problem.branches(point, n_max)
     if own is not None:
         known = tuple(own)
@@ -61,8 +64,11 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
 def beside(problem, point, direction, distance):
     """Return the problem restarted on the other branch about ``distance`` from the point, None if not reached."""
     while distance > 1e-7:
-        c = problem.correct(point.x + distance * problem.scale * direction, direction)
-        if c.converged and isinstance(c.x, np.ndarray) and leads_away(problem, point, c, distance):
+        try:
+            c = problem.correct(point.x + distance * problem.scale * direction, direction)
+        except problem.errors:  # nearer the point the problem may exist
+            c = None
+        if c is not None and c.converged and isinstance(c.x, np.ndarray) and leads_away(problem, point, c, distance):
             return problem.restarted(c.x)
         distance *= 0.25
     return None

@@ -3,7 +3,9 @@
 One file, because a branch is begun, run both ways and extended under the same options.
 """
 import copy
+import logging
 import math
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from numbers import Integral, Real
@@ -15,10 +17,10 @@ from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from .branches.branch import Branch
-from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .kinds import ERRORS, PASSED_ON, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
 from .maps.orbit import MapOrbit
 from .monitors import with_monitors
-from .peaks import with_peaks
+from .peaks import checked_peaks, with_peaks
 from .problem import Corrected, Problem
 from .registry import OF_ENERGY, OF_START, of_class
 from .steps import detect, inside
@@ -29,6 +31,7 @@ from .steps.rows import Part, Row, reversed_row, tests_of
 from .steps.tori import STABILITY
 from .watching import Watching
 
+LOG = logging.getLogger(__name__)
 STANDS = 1e-3  # slope of the parameter at a start, below which it may be that of another branch next to it
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
 BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths at which the side of a boundary is looked up: the first that tells
@@ -36,6 +39,7 @@ INSIDE = 1e-2  # of that length, on the side before: there dp/ds is asked
 TELLS = 1e-9  # change of a boundary monitor that is no rounding
 KNOWN = 1e-12  # of a parameter: so well a start knows one that is measured from its solution, such as its energy
 DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
+HANDED_ON = {"ds": DS, "ds_max": None, "ds_min": DS_MIN, "max_steps": MAX_STEPS, "peaks": None, "audit": "full"}  # by other verbs
 
 
 def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
@@ -99,9 +103,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     low, high = ordered_bounds(bounds)
     switch("trace", "progress", progress)
     problem = with_monitors(with_peaks(problem_of(start, parameter, bounds), peaks), monitors)
-    options = replace(step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None), audit=audit)
-    if audit not in ("full", "fast"):
-        raise ValueError(f"audit must be 'full' or 'fast', got {audit!r}")
+    options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None, audit)
     if direction not in (None, 1, -1):
         raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
     p0 = float(problem.x0[-1])
@@ -120,7 +122,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         if plus.reason is not None:
             minus.stop(StopReason.STOPPED if plus.reason is StopReason.STOPPED else plus.reason, plus.message)
         for half in (plus, minus):
-            begin_on_boundary(half)
+            kept(half, begin_on_boundary, half)
         run_halves(plus, minus, direction, singular is None and first.singular)
         plus.found[:0] = here
         for half in (plus, minus):
@@ -159,8 +161,10 @@ def ordered_bounds(bounds):
     return min(a, b), max(a, b)
 
 
-def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progress):
+def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progress, audit="full"):
     """Check the step lengths and join them with the bounds."""
+    if audit not in ("full", "fast"):
+        raise ValueError(f"audit must be 'full' or 'fast', got {audit!r}")
     for name, value in (("ds", ds), ("ds_max", DS_MAX if ds_max is None else ds_max), ("ds_min", ds_min)):
         if isinstance(value, bool) or not isinstance(value, Real) or not (0.0 < value < math.inf):
             raise ValueError(f"{name} must be positive and finite, got {value!r}")
@@ -173,7 +177,35 @@ def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progres
         if value is not None and not callable(value):
             raise TypeError(f"{name} must be callable, got {value!r}")
     return StepOptions(low, high, min(float(ds), float(ds_max)), float(ds_min), float(ds_max), int(max_steps), stop,
-                       record, progress)
+                       record, progress, audit)
+
+
+def handed_on(owner: str, options, bounds, names) -> dict:
+    """Return options that another verb hands on to `trace`, or raise ValueError: before any work, and naming the ``owner``.
+
+    Parameters
+    ----------
+    owner : str
+    options : mapping or None
+    bounds : (float, float)
+    names : sequence of str
+        Measures that may be followed as ``peaks``.
+    """
+    if options is not None and not isinstance(options, Mapping):
+        raise ValueError(f"{owner}: trace = {options!r} is not allowed; it must be a mapping with options of trace")
+    options = dict(options or {})
+    unknown = [name for name in options if name not in HANDED_ON]
+    if unknown:
+        raise ValueError(f"{owner}: trace has {', '.join(map(repr, unknown))}; options that are handed on to trace are "
+                         f"{', '.join(HANDED_ON)}")
+    try:
+        steps = {name: options.get(name, value) for name, value in HANDED_ON.items() if name != "peaks"}
+        low, high = bounds
+        step_options(low, high, steps["ds"], steps["ds_max"], steps["ds_min"], steps["max_steps"], None, None, None, steps["audit"])
+        checked_peaks(options.get("peaks"), names)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{owner}: trace = {options!r} is not allowed; {error}") from None
+    return options
 
 
 def with_scale(problem, low, high):
@@ -367,12 +399,26 @@ def run_halves(plus, minus, direction, lost):
         elif half is minus and plus.reason is StopReason.INTERRUPTED:
             half.stop(StopReason.INTERRUPTED)
         else:
-            try:
-                half.run()
-            except KeyboardInterrupt:
-                half.stop(StopReason.INTERRUPTED)
+            kept(half, half.run)
     if minus.reason is StopReason.CLOSED:
         plus.stop(StopReason.CLOSED, plus.message)
+
+
+def kept(half, work, *arguments) -> None:
+    """Do a part of a trace; an interruption, and what formulas raise where no step can be refused for it, ends the half with the
+    rows that it has. Of a caller's own problem that may be any class of errors; of others what is no number is a mistake here."""
+    try:
+        work(*arguments)
+    except KeyboardInterrupt:
+        half.stop(StopReason.INTERRUPTED)
+    except PASSED_ON:
+        raise
+    except Exception as error:
+        errors = half.rows[-1].part.problem.errors
+        if errors is not ERRORS and not isinstance(error, errors):
+            raise
+        LOG.exception("a trace in %s ended at %.12g", half.rows[-1].part.problem.parameter, half.rows[-1].p)
+        half.stop(StopReason.EXCEPTION, f"{type(error).__name__}: {error}")
 
 
 @contextmanager
@@ -396,8 +442,8 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
     old = branch.options
     with points_shown(progress, branch.parameter) as shown:
         ds_max = old["ds_max"] if ds_max is None else ds_max
-        options = replace(step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown),
-                          audit=old.get("audit", "full"))
+        options = step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown,
+                               old.get("audit", "full"))
         branch = branch.reaching(low, high)
         rows = branch.rows()
         plus = Half(rows[-1], options, origin=rows[0] if len(rows) > 2 else None)

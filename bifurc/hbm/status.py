@@ -20,6 +20,9 @@ class BalanceStatus(DescribedEnum):
 
     CONVERGED = ("converged", "The residual in the kept harmonics is at rounding level; the balance is an "
                               "approximation, and how['error'] estimates its distance from the motion.")
+    ON_BOUNDARY = ("on_boundary", "The residual in the kept harmonics is at rounding level, and the order of events of a contact "
+                                  "changes just here: an event has no duration or is only just touched. Multipliers are those of "
+                                  "one side; look at balances a little to either side for stability.")
     NOT_CONVERGED = ("not_converged", "Newton did not converge from this guess. Give a guess closer to the motion, "
                                       "trace a branch from easier parameters, or try solver='broyden'.")
     SINGULAR = ("singular", "The Jacobian is singular on the way (undamped resonance, or a free coordinate); add "

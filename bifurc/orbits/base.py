@@ -50,6 +50,10 @@ class Orbit(Content, Notebook, Motion):
     def _states_at(self, t: np.ndarray) -> np.ndarray:
         return self._states(t / self.forcing_period)
 
+    def _on_boundary(self) -> "Orbit":
+        """Return the orbit as one that lies where its sequence of events changes, of which a branch tells."""
+        raise NotImplementedError
+
     def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
         """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""
         if not (isinstance(n, (int, np.integer)) and n >= 2):

@@ -6,6 +6,9 @@ class OrbitStatus(DescribedEnum):
     """How an orbit is to be taken."""
 
     CONVERGED = "converged", "The orbit closes to rounding and every segment was audited."
+    ON_BOUNDARY = ("on_boundary", "The orbit closes to rounding and lies on a boundary of its event sequence, where an event has "
+                                  "no speed or no duration, or is only just touched: a motion, whose multipliers are those of one "
+                                  "side. Look at orbits a little to either side for its stability.")
     INADMISSIBLE = ("inadmissible", "The equations of this event sequence are solved, but a segment passes through a "
                                     "surface or an event has negative speed: it is no motion of the system. Simulate "
                                     "from its state for a new sequence.")

@@ -19,6 +19,7 @@ from .base import Orbit
 from .energy import EnergyEquations, conservative, energy
 from .kinds import OrbitStatus
 from .multipliers import attracting, nontrivial
+from .repetition import MOST, repetition
 from .shooting import sequence
 from .shooting.equations import TOLERANCE, Equations
 from .shooting.labels import Labels
@@ -51,6 +52,8 @@ class PeriodicOrbit(Orbit):
         Natural sizes of the states.
     how : dict, optional
         Method, tolerances, iterations.
+    status : OrbitStatus, optional
+        Of a failure; or that a branch located it on a boundary of its event sequence.
 
     Attributes
     ----------
@@ -288,26 +291,38 @@ class PeriodicOrbit(Orbit):
     @property
     def status(self) -> OrbitStatus:
         """How the orbit is to be taken."""
-        if self._failed is not None:
+        if self._failed not in (None, OrbitStatus.ON_BOUNDARY):
             return self._failed
         if not (self.residual <= 50.0 * TOLERANCE or self._correction <= CORRECTED):
             return OrbitStatus.NOT_CONVERGED
-        return OrbitStatus.CONVERGED if self.admissible else OrbitStatus.INADMISSIBLE
+        if self.admissible or self._failed is not None and self._repeated:
+            return self._failed or OrbitStatus.CONVERGED
+        return OrbitStatus.INADMISSIBLE
+
+    @functools.cached_property
+    def _repeated(self) -> bool:
+        """Whether simulation repeats the orbit: on a boundary rounding decides on which side of it the guards lie."""
+        again = repetition(self)
+        return again.repeated and again.miss <= MOST
+
+    def _on_boundary(self) -> "PeriodicOrbit":
+        """Return the orbit as one that lies on a boundary of its event sequence, of which a branch tells."""
+        return PeriodicOrbit(self.system, self.sequence, self._unknowns, self.weights, self.how, OrbitStatus.ON_BOUNDARY)
 
     @property
     def success(self) -> bool:
-        """Converged and admissible."""
-        return self.status is OrbitStatus.CONVERGED
+        """Converged and admissible, or a motion on a boundary of its event sequence."""
+        return self.status in (OrbitStatus.CONVERGED, OrbitStatus.ON_BOUNDARY)
 
     @property
     def message(self) -> str:
         """The status as a sentence, and whether simultaneous impacts leave the multipliers undefined."""
-        if self.status is OrbitStatus.CONVERGED and self._disputed is not None:
+        if self.success and self._disputed is not None:
             names = " and ".join(repr(name) for name in self._disputed)
             return (f"{self.status.sentence} The impacts of {names} are simultaneous and their two orders have different "
                     "derivatives: multipliers are not unique (NaN) and stability is not known. Orbits nearby, with one "
                     "gap slightly changed, have them.")
-        if self.status is OrbitStatus.CONVERGED and self.intervals:
+        if self.success and self.intervals:
             named = [f"{name} in [{low:.6g}, {high:.6g}]"
                      for name, (low, high) in zip(self.labels.names(self.scene.n), self.intervals.values(), strict=True)]
             return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."

@@ -67,7 +67,9 @@ def test_starts_that_fail_leave_the_others_in_their_places(offered, monkeypatch)
         if repr(orbit) == "breaks":
             raise ZeroDivisionError("by zero")
         points = [point(SpecialPointKind.GRAZING, 0.1 * orbit.periods, *[other] * orbit.periods)]
-        return None if repr(orbit) == "empty" else SimpleNamespace(name=repr(orbit), periods=orbit.periods, special_points=points)
+        if repr(orbit) == "empty":
+            return None
+        return SimpleNamespace(name=repr(orbit), periods=orbit.periods, special_points=points, ends=())
     monkeypatch.setattr(jobs, "_traced", traced)
     monkeypatch.setattr(jobs, "unpacked", lambda orbits, arrays, elements: starts)
     monkeypatch.setattr(jobs, "packed_branches", lambda made: ([branch and branch.name for branch in made], {}))

@@ -301,7 +301,7 @@ def test_branches_are_traced_as_far_as_their_least_period_and_offer_what_leaves_
         asked.update(parameter=parameter, bounds=bounds, stop=stop, options=options)
         if orbit.periods == 3:
             raise ContinuationError("it does not start")
-        return SimpleNamespace(periods=orbit.periods, special_points=points)
+        return SimpleNamespace(periods=orbit.periods, special_points=points, ends=())
     monkeypatch.setattr(jobs, "trace", trace)
     monkeypatch.setattr(jobs, "trimmed", lambda branch, periods: branch)
     monkeypatch.setattr(jobs, "periods_of", lambda branch: branch.periods)
@@ -323,5 +323,5 @@ def test_branches_are_traced_as_far_as_their_least_period_and_offer_what_leaves_
     monkeypatch.setattr(jobs, "packed_points", lambda offered: ([len(mine) for mine in offered], {"b": 2}))
     meta, arrays = jobs.trace_orbits(payload)
     assert arrays == {"a": 1, "b": 2}
-    assert meta["branches"] == [{"header": "header", "offers": 2, "why": "", "at": at},
-                                {"header": None, "offers": 0, "why": "it does not start", "at": []}]
+    assert meta["branches"] == [{"header": "header", "offers": 2, "why": "", "at": at, "failed": []},
+                                {"header": None, "offers": 0, "why": "it does not start", "at": [], "failed": []}]

@@ -95,6 +95,7 @@ class BalanceProblem(Problem):
 
     whole: Balance
 
+    truncates = True
     errors = NUMERICAL
     exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
     monitors_read_tangent = False
@@ -305,9 +306,9 @@ class BalanceProblem(Problem):
         At the point itself rounding decides from which side the Jacobian is taken: the one of this order is that at
         ``behind`` (n + 1,), where its events are clearly there.  The branch may turn back in its corner: it goes on where the
         new order holds, not where the old one came from.  The Jacobians of two orders differ by one rank, so that the sign of
-        the bordered determinant says which way that is; with several changes at one point the margins do.  Behind a graze it may
-        turn within less than `BESIDE`: then its order holds next to the place ``ahead`` where the tangent is taken, and a margin
-        is seen there that grows from zero.
+        the bordered determinant says which way that is; of several changes at one point too, as the degree of the map is kept.
+        Behind a graze it may turn within less than `BESIDE`: then its order holds next to the place ``ahead`` where the tangent
+        is taken, and a margin is seen there that grows from zero.
         """
         tangent, det_sign = self._null_vector(behind)
         if not det_sign:
@@ -315,10 +316,9 @@ class BalanceProblem(Problem):
         way = 1.0 if det_sign * point.det_sign > 0.0 else -1.0
         inside = (BESIDE, -math.inf, 0.0), (ahead, UNSEEN, -CLEARLY * ahead)
         for near, low, high in inside[:2 if ahead < BESIDE else 1]:
-            for sign in (way, -way):
-                beside = self.correct(point.x + sign * near * self.scale * tangent, sign * tangent)
-                if beside.converged and low < beside.monitors.max(initial=-1.0) < high:
-                    return sign * tangent, True
+            beside = self.correct(point.x + way * near * self.scale * tangent, way * tangent)
+            if beside.converged and low < beside.monitors.max(initial=-1.0) < high:
+                return way * tangent, True
         return way * tangent, False
 
     def beyond_corner(self, row):
@@ -366,6 +366,20 @@ class BalanceProblem(Problem):
         other.listed = np.array(listed, np.int64)
         other.signature = other._words()
         return other
+
+    def on_layout(self, method, layout, orbits, values, bounds):
+        """Yield pairs (problem, `Corrected`) of balances on another layout: the points beside ``orbits``, rows of a branch in
+        order, in the planes across the way from each to the next; ``values`` (m,) are their parameters, within ``bounds``."""
+        balance = method.balance(self.system, layout)
+        path = path_over(balance, self.parameter, bounds)
+        sizes = np.append(np.full(balance.size, float(self.scale[0])), float(self.scale[-1]))
+        points = np.array([np.append(orbit.layout.moved(orbit.coefficients, layout), p)
+                           for orbit, p in zip(orbits, values, strict=True)])
+        for k, x in enumerate(points):
+            made = BalanceProblem(balance, method, path, x, sizes)
+            tangent = made._null_vector(x)[0]
+            way = (points[min(k + 1, len(points) - 1)] - points[max(k - 1, 0)]) / sizes
+            yield made, made.correct(x, tangent if float(tangent @ way) >= 0.0 else -tangent)
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations and order of events."""

@@ -5,7 +5,10 @@ import numpy as np
 
 from ...content import Content
 from ...solve.steplaw import BOUNDARY_BAND
+from ..kinds import StopReason
 from ..resimulation import Resimulated, resimulated
+from .retraced import retraced
+from .truncated import truncated
 
 EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
 
@@ -27,6 +30,14 @@ class Audit(Content):
         In units of the residual.
     unresolved : tuple of (str, float, float)
         Kind, arclength and parameter of pairs of special points that cannot be told from none.
+    retraced : tuple of (float, float)
+        Arclengths of rows that lie on an earlier stretch of the branch in state and parameter, and of the place there: it runs
+        back, or round once more. The last row of a closed branch is none of them.
+    truncated : tuple of (float, float, int or None)
+        Arclength intervals between rows of harmonic balance over which `stable` changes without a special point, because folds and
+        multipliers of few harmonics differ, and the highest harmonic that would decide (None: more than four times as many).
+    failed : tuple of str
+        What functions of the caller did that ended the branch.
     resimulated : Resimulated or None
         Rows simulated again over their period, and multipliers balanced with the special points; None for ``audit="fast"``.
     """
@@ -38,16 +49,28 @@ class Audit(Content):
     n_rejected: int
     worst_residual: float
     unresolved: tuple[tuple[str, float, float], ...]
+    retraced: tuple[tuple[float, float], ...] = ()
+    truncated: tuple[tuple[float, float, int | None], ...] = ()
+    failed: tuple[str, ...] = ()
     resimulated: Resimulated | None = None
 
     @property
     def ok(self) -> bool:
-        """Whether nothing speaks against the list of special points, and every row that was simulated again is a motion."""
+        """Whether nothing speaks against the list of special points, no row repeats another one, stability is decided, no function
+        of the caller failed, and every row that was simulated again is a motion."""
         again = self.resimulated
-        return self.parity and not self.unresolved and (again is None or not (again.not_repeated or again.unexplained))
+        told = self.parity and not (self.unresolved or self.retraced or self.truncated or self.failed)
+        return told and (again is None or not (again.not_repeated or again.unexplained))
 
     def __repr__(self) -> str:
         verdict = "ok" if self.ok else f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved"
+        if self.retraced:
+            verdict += f", {len(self.retraced)} rows on an earlier stretch"
+        if self.truncated:
+            most = max((harmonics or 0 for *_, harmonics in self.truncated), default=0)
+            verdict += (f", stability changes {len(self.truncated)} times without a special point: give "
+                        f"{'more' if None in [k for *_, k in self.truncated] else most} harmonics")
+        verdict += "".join(f", {text}" for text in self.failed)
         again = self.resimulated
         if again is not None and not self.ok:
             verdict += f", {len(again.not_repeated)} rows not repeated, {len(again.unexplained)} changes of multipliers unexplained"
@@ -62,9 +85,13 @@ def audit_branch(branch, arrays) -> Audit:
     violations = parity_violations(arrays["s"], told_slopes(arrays, points), arrays["part"], points, branch.problems)
     bins = np.searchsorted(EDGES, np.minimum(arrays["angle"], EDGES[-1] - 1e-12), "right") - 1
     angles = np.bincount(bins, minlength=len(EDGES) - 1)
-    again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
+    failed = tuple(dict.fromkeys(end.message for end in branch.ends if end.reason is StopReason.CALLBACK_FAILED))
+    fast = branch.options.get("audit") == "fast"
+    again = None if fast else resimulated(branch, arrays)
+    undecided = () if fast else truncated(branch)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
-                 float(arrays["residual"].max()), branch.unresolved, again)
+                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), undecided, failed,
+                 again)
 
 
 def told_slopes(arrays, points):

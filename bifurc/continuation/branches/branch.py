@@ -11,10 +11,11 @@ from ...content import Content
 from ...notebook import Notebook
 from ..kinds import End, StopReason
 from ..registry import EXTEND, named
+from ..resimulation import EDGE
 from ..steps.rows import reversed_row
 from .audit import Audit, audit_branch
 from .records import branch_record, from_arrays, rows_of, to_arrays
-from .special import SpecialPoints, special_point, unique
+from .special import SpecialPoints, solution_at, special_point, unique
 from .stability_changes import stability_changes
 
 
@@ -295,6 +296,12 @@ class Branch(Content, Notebook):
 
     # ---- private -----------------------------------------------------------------------------------------------------
 
+    @functools.cached_property
+    def _on_boundary(self) -> np.ndarray:
+        """Whether a row lies on a boundary of its event sequence (m,)."""
+        places = np.array([point.s for point in self._points if point.on_boundary])
+        return np.abs(self._arrays["s"][:, None] - places).min(axis=1, initial=np.inf) <= EDGE
+
     def _measure_names(self):
         return list(dict.fromkeys(name for problem in self.problems for name in problem.measure_names))
 
@@ -329,7 +336,7 @@ class Solutions:
         if isinstance(i, slice):
             return [self[k] for k in range(*i.indices(len(self)))]
         branch = self._branch
-        return branch.problems[int(branch._arrays["part"][i])].solution(branch.x(i))
+        return solution_at(branch.problems[int(branch._arrays["part"][i])], branch.x(i), bool(branch._on_boundary[i]))
 
     def __iter__(self):
         return (self[i] for i in range(len(self)))

@@ -8,8 +8,9 @@ import numpy as np
 from ...content import Content, handed_out
 from ...lazy import Later
 from ...notebook import Notebook, Table
+from ...orbits.base import Orbit
 from ..grazing import grazing_of, sliding_class
-from ..kinds import LocationStatus, SpecialPointKind
+from ..kinds import BOUNDARIES, LocationStatus, SpecialPointKind
 
 
 @handed_out("x", "tangent", "directions")
@@ -102,8 +103,19 @@ class SpecialPoint(Content, Notebook):
 
     @property
     def solution(self) -> Any:
-        """The solution at this point, as in ``branch.orbits``."""
-        return self.problem.solution(self.x)
+        """The solution at this point, as in ``branch.orbits``, from the side on which the equations know it."""
+        made = solution_at(self.problem, self.x, self.on_boundary)
+        if self.successor is None or getattr(made, "success", True):
+            return made
+        beyond = np.asarray(self.successor.x0, float)
+        near = abs(float(beyond[-1]) - self.parameter) <= self.error
+        other = solution_at(self.successor, beyond, True) if near else made
+        return other if getattr(other, "success", True) else made
+
+    @property
+    def on_boundary(self) -> bool:
+        """Whether the equations of one event sequence end here."""
+        return self.successor is not None or self.kind in BOUNDARIES
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -127,6 +139,12 @@ class SpecialPoint(Content, Notebook):
         turn = ", reverses" if self.reverses else ""
         doubt = "" if self.status is LocationStatus.LOCATED else f", {self.status.value}"
         return f"SpecialPoint({label} at {self.parameter:.12g} +- {self.error:.1e}, s = {self.s:.6g}{turn}{doubt})"
+
+
+def solution_at(problem, x, on_boundary: bool):
+    """Return the solution of a problem at ``x`` (n + 1,); an orbit ``on_boundary`` of its event sequence says so."""
+    made = problem.solution(x)
+    return made._on_boundary() if on_boundary and isinstance(made, Orbit) else made
 
 
 class Measures:

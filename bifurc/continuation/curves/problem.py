@@ -13,10 +13,11 @@ import numpy as np
 from ...solve.steplaw import MONITOR_BAND
 from .. import conditions
 from ..balance.problem import BESIDE
+from ..branches.special import solution_at
 from ..branches.stability_changes import confirmed, tests
 from ..families import family_of
 from ..grazing.following import Touching, touching
-from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
+from ..kinds import BOUNDARIES, CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import EPS, Monitor, Problem
 from ..shooting.completion import condition
 from ..shooting.signature_change import LEAVING, UNLISTED
@@ -295,7 +296,7 @@ class CurveProblem(Problem):
 
     def solution(self, x):
         """Return the solution of the branch's problem at ``x`` (n + 2,)."""
-        return self.family.alone(float(x[-1])).solution(x[:-1])
+        return solution_at(self.family.alone(float(x[-1])), x[:-1], self.kind in BOUNDARIES)
 
     def restarted(self, x):
         """See `Problem.restarted`."""

@@ -18,9 +18,10 @@ from ...lazy import Later
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
 from ...solve.steprun import ON_BOUND
-from ..kinds import ERRORS, CorrectorStatus, StopReason
+from ..kinds import ERRORS, CallbackError, CorrectorStatus, StopReason
 from ..problem import ROUNDED
 from . import detect, hidden
+from .callbacks import asked, recorded, stops
 from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
 
@@ -139,7 +140,12 @@ class Half:
                     continue
                 cause = (StopReason.SINGULAR, 0.5, "")
             if new is not None:
-                cause = self.accept(row, new)
+                try:
+                    cause = self.accept(row, new)
+                except row.part.problem.errors as error:
+                    if self.rows[-1] is not row:  # no step that could be refused
+                        raise
+                    cause = raised(error)
                 if cause is None:
                     return None
             self.rejected += 1
@@ -193,7 +199,7 @@ class Half:
             elif c is None:
                 c = part.problem.correct(x, row.tangent)
         except part.problem.errors as error:
-            return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
+            return None, raised(error)
         new, cause = self.judge(row, c, ds, fixed)
         beside = new is not None and not fixed and options.low < new.p < options.high and outward(new, options)
         if beside or new is not None and not fixed and not options.low <= new.p <= options.high:
@@ -252,7 +258,7 @@ class Half:
         try:
             c = row.part.problem.correct(x, tangent, True)
         except row.part.problem.errors as error:
-            return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
+            return None, raised(error)
         if c.converged and float(np.dot(c.tangent, row.tangent)) < 0.0:
             return None, (StopReason.DS_MIN, 0.5, "the branch does not reach the bound here")
         return self.judge(row, c, high * curve.length, True)
@@ -295,7 +301,12 @@ class Half:
         back = None
         if inner.s <= row.s:
             back, found, row = row, self.found, self.take_back()
-        cause = self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
+        try:
+            cause = self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
+        except ERRORS as error:
+            if back is None or self.rows[-1] is not row:
+                raise
+            cause = raised(error)
         if back is not None and cause is not None:  # the next try begins where this one did
             self.rows.append(back)
             self.signs, self.found, self.steps = list(back.signs), found, self.steps + 1
@@ -370,30 +381,31 @@ class Half:
         return inside
 
     def ask_user(self, row):
-        """Call ``record``, ``stop`` and ``progress``; their exceptions end the branch with the row kept."""
+        """Call ``record``, ``stop`` and ``progress``; where one fails the branch ends with the row kept."""
         options = self.options
         try:
             if options.record is not None:
-                row.recorded = options.record(Point(row))
-            if options.stop is not None and options.stop(Point(row)) and self.reason is None:
+                row.recorded = recorded(options.record, Point(row))
+            if options.stop is not None and stops(options.stop, Point(row)) and self.reason is None:
                 self.stop(StopReason.STOPPED)
             if options.progress is not None:
-                options.progress(row.p, len(self.rows))
-        except ERRORS as error:
-            self.stop(StopReason.EXCEPTION, f"in stop=, record= or progress=: {type(error).__name__}: {error}")
+                asked("progress=", options.progress, row.p, len(self.rows))
+        except CallbackError as error:
+            self.stop(StopReason.CALLBACK_FAILED, f"{error} (at {row.part.problem.parameter} = {row.p:.12g})")
 
     def record_points(self):
-        """Call ``record`` at the special points as well; its exceptions end the branch as at a row."""
-        if self.options.record is None or self.reason in (StopReason.INTERRUPTED, StopReason.EXCEPTION):
+        """Call ``record`` at the special points as well; where it fails the branch ends as at a row."""
+        if self.options.record is None or self.reason in (StopReason.INTERRUPTED, StopReason.EXCEPTION, StopReason.CALLBACK_FAILED):
             return
         try:
             for special in self.found:
                 if special.recorded is None:
-                    special.recorded = self.options.record(special.as_point())
+                    special.recorded = recorded(self.options.record, special.as_point())
         except KeyboardInterrupt:
             self.stop(StopReason.INTERRUPTED)
         except ERRORS as error:
-            self.stop(StopReason.EXCEPTION, f"in record= at a special point: {type(error).__name__}: {error}")
+            reason, _, text = raised(error)
+            self.stop(reason, f"at a special point: {text}")
 
     def turned(self, row):
         """Go on behind a corner of equations that are only piecewise smooth; returns whether there is one."""
@@ -554,7 +566,8 @@ class Half:
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
             c, along = self.begun(problem, np.asarray(x, float), tangent)
         except part.problem.errors as error:
-            return self.stop(StopReason.NO_SUCCESSOR, f"{type(error).__name__}: {error}")
+            reason, _, text = raised(error)
+            return self.stop(reason if reason is StopReason.CALLBACK_FAILED else StopReason.NO_SUCCESSOR, text)
         if not c.converged:
             return self.stop(StopReason.NO_SUCCESSOR, f"the equations behind {monitor.kind!s} ended with {c.status!s}")
         tests = tests_of(c)
@@ -665,6 +678,13 @@ class Half:
         last.x, last.tangent, last.p, last.det_sign, last.det_log = (
             origin.x, origin.tangent, origin.p, origin.det_sign, origin.det_log)
         return last
+
+
+def raised(error) -> tuple[StopReason, float, str]:
+    """Return the cause to reject a step in which ``error`` was raised: the caller's function, or the problem's code."""
+    if isinstance(error, CallbackError):
+        return StopReason.CALLBACK_FAILED, 0.25, str(error)
+    return StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}"
 
 
 def outward(row, options):

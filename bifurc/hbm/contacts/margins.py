@@ -157,6 +157,9 @@ def margins(contact, segments, grid, rates, out, a, line, relaxation):
                 after = min(node * h, stop)
                 turn = slopes[node] if node < last else value(waves, a, stop)[1]
                 if slope > 0.0 and (turn <= 0.0 or (node == last and turn < TURNED * bound)) and (t > start or n == 0):
+                    if samples > 0 and node == last and n < count - 1 and g == path[n, GUARD]:  # the event itself, beyond its zero
+                        t, slope = after, turn
+                        continue
                     high = t if samples and value(waves, a, t)[0] > value(waves, a, after)[0] else after
                     if samples == 0:
                         high = summit(waves, a, t, after, slope, turn)

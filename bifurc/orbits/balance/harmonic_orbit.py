@@ -36,7 +36,7 @@ class HarmonicOrbit(Orbit):
     how : dict, optional
         Method, tolerances, iterations, error estimate.
     status : BalanceStatus, optional
-        Of a failure; default: from the residual.
+        Of a failure, or that a branch located it where the order of events changes; default: from the residual.
 
     Attributes
     ----------
@@ -170,14 +170,19 @@ class HarmonicOrbit(Orbit):
     @property
     def status(self) -> BalanceStatus:
         """How the orbit is to be taken."""
-        if self._failed is not None:
+        if self._failed not in (None, BalanceStatus.ON_BOUNDARY):
             return self._failed
-        return BalanceStatus.CONVERGED if self.residual <= TOLERANCE else BalanceStatus.NOT_CONVERGED
+        return self._failed or BalanceStatus.CONVERGED if self.residual <= TOLERANCE else BalanceStatus.NOT_CONVERGED
+
+    def _on_boundary(self) -> "HarmonicOrbit":
+        """Return the orbit as one where the order of events changes, of which a branch tells."""
+        return HarmonicOrbit(self.system, self.method, self.layout, self._x, self.how, BalanceStatus.ON_BOUNDARY,
+                             self.__dict__.get("balance"), self._like)
 
     @property
     def success(self) -> bool:
         """Whether the balance is solved."""
-        return self.status in (BalanceStatus.CONVERGED, BalanceStatus.AT_REST)
+        return self.status in (BalanceStatus.CONVERGED, BalanceStatus.ON_BOUNDARY, BalanceStatus.AT_REST)
 
     @property
     def message(self) -> str:

@@ -1,5 +1,4 @@
 """Problems of harmonic balance: equations, measures, monitors, condensation and records against what they stand for."""
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -216,26 +215,6 @@ def test_the_rounding_of_a_residual_is_that_of_its_terms(problem, condensed):
         f, wide, floor = one._linearised(one.x0)
         np.testing.assert_allclose(floor, np.finfo(float).eps * (np.abs(wide) @ np.abs(one.x0)), rtol=1e-12)
         assert (floor > 0.0).all() and f.shape == floor.shape
-
-
-def test_of_two_ways_from_a_boundary_the_one_that_is_solved_and_valid_is_taken(problem, monkeypatch):
-    only = np.append(np.zeros(problem.size), 1.0)
-    found = problem.correct(problem.x0, only, True)
-    ahead = found.x + 1e-4 * problem.scale * found.tangent
-    way = problem._inward(found, ahead)[0]
-
-    for solved in (False, True):  # the other one is not solved; or is, and not valid
-        seen = []
-
-        def correct(x, tangent, fixed=False, solved=solved, seen=seen):
-            good = tangent @ way < 0.0
-            seen.append(good)
-            return SimpleNamespace(converged=solved or good, monitors=np.array([-1.0 if good or not solved else 1.0]))
-        monkeypatch.setattr(problem, "correct", correct)
-        tangent, holds = problem._inward(found, ahead)
-        assert holds and tangent @ way == pytest.approx(-1.0)
-        assert seen == [False, True]
-        monkeypatch.undo()
 
 
 @pytest.mark.parametrize("name", ["mass[0,0]", "mass[2,2]", "damping[0,0]", "stiffness[2,2]", "stiffness[1,2]"])

@@ -166,7 +166,7 @@ def test_max_steps_stop_and_record():
     def broken(point):
         raise KeyError("nothing")
     ended = trace(line(), bounds=(-1, 1), record=lambda point: broken(point) if point.parameter > 0.5 else {"a": 1.0})
-    assert ended.ends[1].reason is StopReason.EXCEPTION
+    assert ended.ends[1].reason is StopReason.CALLBACK_FAILED
     assert "KeyError" in ended.ends[1].message
 
 
@@ -185,7 +185,7 @@ def test_special_points_have_recorded_values_of_their_own():
             raise KeyError("no value here")
         return {"a": 1.0}
     ended = trace(hysteresis(), bounds=(-1, 1), ds=0.2, record=failing)
-    assert "at a special point: KeyError" in ended.ends[1].message
+    assert "at a special point: record= raised KeyError" in ended.ends[1].message
 
 
 @pytest.mark.parametrize("after", [1, 5, 40])

@@ -91,7 +91,8 @@ def test_a_row_inside_a_step_takes_the_place_of_one_that_lies_behind_it(s, beyon
 
 def test_callbacks_of_a_row():
     """Recorded, asked whether to stop unless the branch stops anyway, shown; what they raise ends the branch."""
-    stopped, shown, row = [], [], SimpleNamespace(p=0.3, recorded=None, part=SimpleNamespace(problem=None), x=np.zeros(2))
+    stopped, shown, part = [], [], SimpleNamespace(problem=SimpleNamespace(parameter="p"))
+    row = SimpleNamespace(p=0.3, recorded=None, part=part, x=np.zeros(2))
 
     def half(reason=None, **callbacks):
         stopped.clear()
@@ -106,7 +107,7 @@ def test_callbacks_of_a_row():
     Half.ask_user(half(StopReason.BOUND, stop=lambda point: True), row)
     assert not stopped
     Half.ask_user(half(progress=lambda p, n: 1 / 0), row)
-    assert stopped == [(StopReason.EXCEPTION, "in stop=, record= or progress=: ZeroDivisionError: division by zero")]
+    assert stopped == [(StopReason.CALLBACK_FAILED, "progress= raised ZeroDivisionError: division by zero (at p = 0.3)")]
 
 
 def test_points_are_recorded_once():
@@ -123,15 +124,15 @@ def test_points_are_recorded_once():
         Half.record_points(one)
         return [special.recorded for special in one.found]
 
-    assert recorded(lambda point: point * 2) == ["aa", "old"] and recorded(None) == [None, "old"]
-    for reason in (StopReason.INTERRUPTED, StopReason.EXCEPTION):
-        assert recorded(lambda point: point, reason) == [None, "old"]
-    assert recorded(lambda point: point, StopReason.BOUND) == ["a", "old"] and not stopped
+    assert recorded(lambda point: {point: 2}) == [{"a": 2}, "old"] and recorded(None) == [None, "old"]
+    for reason in (StopReason.INTERRUPTED, StopReason.EXCEPTION, StopReason.CALLBACK_FAILED):
+        assert recorded(lambda point: {point: 2}, reason) == [None, "old"]
+    assert recorded(lambda point: {point: 2}, StopReason.BOUND) == [{"a": 2}, "old"] and not stopped
 
     def interrupted(point):
         raise KeyboardInterrupt
     assert recorded(interrupted) == [None, "old"] and stopped == [(StopReason.INTERRUPTED,)]
-    assert recorded(lambda point: 1 / 0) == [None, "old"] and stopped[0][0] is StopReason.EXCEPTION
+    assert recorded(lambda point: 1 / 0) == [None, "old"] and stopped[0][0] is StopReason.CALLBACK_FAILED
 
 
 @pytest.mark.parametrize("touch, size, rounding, test, band", [
