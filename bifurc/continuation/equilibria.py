@@ -48,7 +48,8 @@ def equilibrium_problem(start: Equilibrium, parameter: str, bounds: tuple[float,
     if not start.success:
         raise ValueError(f"the equilibrium cannot be continued, it is {start.status}: {start.message}")
     path = parameter_path(start.scene, start.system, name, bounds)
-    return EquilibriumProblem(start.system, path, start.mode, start.state, value, 0.5 * abs(bounds[1] - bounds[0]))
+    return EquilibriumProblem(start.system, path, start.mode, start.state, value, 0.5 * abs(bounds[1] - bounds[0]),
+                              depths=start.depths)
 
 
 class EquilibriumProblem(Problem):
@@ -67,12 +68,20 @@ class EquilibriumProblem(Problem):
         Of the parameter.
     size : float, optional
         Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
+    depths : ndarray (contacts,), optional
+        At the start, see `ModeField`; default: what balances the load there.
+
+    Notes
+    -----
+    Forces beyond circles are unknowns, too: each by how far it would move the rest of the system, so that neither steps nor the
+    accuracy of branches depend on how stiff the wall is.
     """
 
     errors = NUMERICAL
     monitors_read_tangent = False
 
-    def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None):
+    def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None,
+                 depths=None):
         self.system, self.path, self.mode = system, path, mode
         self.scene = scene_of(system)
         self.parameter = path.name or ""
@@ -81,7 +90,11 @@ class EquilibriumProblem(Problem):
         self.places = np.array([*range(n), *range(2 * n, ns)])
         self.reference = np.array(state, float)
         self._size_u = float(size or np.abs(state).max() or 1.0)
-        super().__init__(self.reference[self.places], value, self._size_u * math.sqrt(self.places.size), parameter_scale)
+        self.numbers_at(value)
+        self._soft = self.field.pace**2  # the rest of the system is as steep as that
+        pressed = (self.field.pressed(self.reference) if depths is None else depths) * self._steepness()
+        unknown = np.append(self.reference[self.places], pressed)
+        super().__init__(unknown, value, self._size_u * math.sqrt(unknown.size), parameter_scale)
         self.signature = ", ".join(f"{label} {key}" for label, key in zip(system.labels, self.scene.keys[mode], strict=True))
         guards = int(path.tables.n_guards[mode])
         monitors = [Monitor(SpecialPointKind.BOUNDARY_EQUILIBRIUM, f"{self.scene.element_name(mode, g)}.{g}", boundary=True)
@@ -93,7 +106,25 @@ class EquilibriumProblem(Problem):
     def state(self, u) -> np.ndarray:
         """Return the state (ns,) of the unknowns."""
         y = np.zeros(self.scene.ns)
-        y[self.places] = u
+        y[self.places] = u[:self.places.size]
+        return y
+
+    def _steepness(self) -> np.ndarray:
+        """Return how much steeper walls (contacts,) are than the rest, with the numbers that are in the tables now."""
+        if not self.field.contacts:
+            return np.empty(0)
+        self.field.press(self.reference, self.field.depths(self.reference)[0])
+        return self.field.stiffening(self.reference) / self._soft
+
+    def _depths(self, u) -> np.ndarray:
+        """Return the depths (contacts,) of the unknowns, with the numbers that are in the tables now."""
+        return u[self.places.size:] / self._steepness()
+
+    def _pressed(self, u) -> np.ndarray:
+        """Return the state (ns,) of the unknowns, and let the field have their depths."""
+        y = self.state(u)
+        if self.field.contacts:
+            self.field.press(y, self._depths(u))
         return y
 
     def numbers_at(self, p) -> None:
@@ -132,28 +163,34 @@ class EquilibriumProblem(Problem):
     def residual(self, u, p):
         """Return free accelerations, rates of internal variables, and what is held (n + nz,)."""
         self.numbers_at(p)
-        y, n = self.state(u), self.scene.n
+        y, n = self._pressed(u), self.scene.n
         free, kept = self._rows()
         f = self.field.rate(y)
         moving = [place for place in range(2 * n, self.scene.ns) if self.path.tables.A[self.mode, place].any()]
-        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y)])
+        told = self.field.depths(y)[0] - self._depths(u) if self.field.contacts else u[:0]
+        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y), told])
 
     def jacobian(self, u, p):
         """Return F_u (m, m) and F_p (m,)."""
         h = 1e-4 * self.scale[-1] if math.isfinite(self.scale[-1]) else 1e-4
         slope = sum(w * self.residual(u, p + k * h) for k, w in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))) / (12.0 * h)
         self.numbers_at(p)
-        y, n, ns = self.state(u), self.scene.n, self.scene.ns
+        y, n, ns = self._pressed(u), self.scene.n, self.scene.ns
         free, kept = self._rows()
-        J = self.field.jacobian(y)
+        J, contacts = self.field.apart(y), self.field.contacts
         moving = [place for place in range(2 * n, ns) if self.path.tables.A[self.mode, place].any()]
-        return np.vstack([free @ J[n:2 * n], J[moving], kept[:, :ns]])[:, self.places], slope
+        found = np.vstack([free @ J[n:2 * n], J[moving], np.hstack([kept[:, :ns], np.zeros((len(kept), contacts))]),
+                           np.hstack([self.field.depths(y)[1], -np.eye(contacts)])])
+        found = found[:, [*self.places, *range(ns, ns + contacts)]]
+        if contacts:
+            found[:, self.places.size:] /= self._steepness()
+        return found, slope
 
     def monitor_values(self, u, p, tangent):
         """Return the guards, relative to the size of their terms, and the Hopf test."""
         self.numbers_at(p)
-        y = self.state(u)
-        eigenvalues = self._equilibrium(y).eigenvalues
+        y = self._pressed(u)
+        eigenvalues = self._equilibrium(u).eigenvalues
         test = 1.0
         for i in range(len(eigenvalues)):
             for j in range(i):
@@ -166,17 +203,17 @@ class EquilibriumProblem(Problem):
         if kind is not SpecialPointKind.HOPF:
             return True
         self.numbers_at(x[-1])
-        values = self._equilibrium(self.state(x[:-1])).eigenvalues
+        values = self._equilibrium(x[:-1]).eigenvalues
         return bool(np.any((values.imag > 0.0) & (np.abs(values.real) < IMAGINARY * np.abs(values.imag))))
 
     def frequency(self, x) -> float:
         """Return the imaginary part of the pair of eigenvalues nearest to the imaginary axis at ``x``."""
         self.numbers_at(x[-1])
-        return critical_pair(self._equilibrium(self.state(x[:-1])).linearisation)[0]
+        return critical_pair(self._equilibrium(x[:-1]).linearisation)[0]
 
-    def _equilibrium(self, y) -> Equilibrium:
-        """Return the equilibrium with the numbers that are in the tables now."""
-        made = Equilibrium(self.system, self.mode, y)
+    def _equilibrium(self, u) -> Equilibrium:
+        """Return the equilibrium of the unknowns with the numbers that are in the tables now."""
+        made = Equilibrium(self.system, self.mode, self._pressed(u), depths=self._depths(u))
         made.__dict__["field"] = self.field
         return made
 
@@ -221,7 +258,7 @@ class EquilibriumProblem(Problem):
         scene, n = self.scene, self.scene.n
         self.numbers_at(x[-1])
         y = self.state(x[:-1])
-        small, Z, _ = self._equilibrium(y)._small
+        small, Z, _ = self._equilibrium(x[:-1])._small
         omega, q, _ = critical_pair(small)
         q = Z @ q
         i = int(np.argmax(np.abs(q[:n])))
@@ -275,7 +312,7 @@ class EquilibriumProblem(Problem):
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
-        count = len(self._equilibrium(self.reference).eigenvalues)
+        count = len(self._equilibrium(self.x0[:-1]).eigenvalues)
         each = [f"{name}_{i}" for i in range(self.scene.n) for name in ("q", "max", "min", "rms")]
         return (*each, "stable", *(f"eigenvalue_{k}" for k in range(count)))
 
@@ -287,7 +324,7 @@ class EquilibriumProblem(Problem):
         found = []
         for x in xs:
             self.numbers_at(x[-1])
-            made = self._equilibrium(self.state(x[:-1]))
+            made = self._equilibrium(x[:-1])
             found.append(made.stable if kind == "stable" else made.eigenvalues[int(number)])
         return np.array(found, object if None in found else None)
 
@@ -295,7 +332,8 @@ class EquilibriumProblem(Problem):
         """Return the equilibrium at ``x``."""
         system = beside(self.system, self.parameter, float(x[-1]), 0.5 * (self.path.low + self.path.high))
         mode = scene_of(system).index(self.scene.keys[self.mode])
-        return Equilibrium(system, mode, self.state(x[:-1]))
+        self.numbers_at(x[-1])
+        return Equilibrium(system, mode, self.state(x[:-1]), depths=self._depths(x[:-1]))
 
     def __reduce_ex__(self, protocol):
         return EquilibriumProblem.from_record, (self.to_record(), user_parts(self.system))  # what is compiled does not travel

@@ -4,6 +4,10 @@ In a mode the state is at rest where y' = 0 and what the mode holds stays on its
 solves that from the guess, so that where equilibria form a continuum (a mass that sticks, a slider that never slips) the
 nearest one is found.  A guard that the solution violates names the modes that are tried next.
 
+How deep a force on a circle is beyond it is an unknown of its own beside the coordinates, in the unit in which the wall is as
+steep as the rest.  So a stiff wall needs no more steps than a soft one, and its load is known where the coordinates would have it
+from their last digits, or not at all.
+
 Eigenvalues are those of the motion that the mode allows, on the states modulo a continuum.  Time is counted in units of the mode's
 own rate of change throughout: what is small, and what depends on what else, is then the same in all units.
 
@@ -75,13 +79,13 @@ class Equilibrium(Notebook, Motion):
     regime = "at rest"
     multipliers = None
 
-    def __init__(self, system: System, mode: int, state, status: EquilibriumStatus | None = None):
+    def __init__(self, system: System, mode: int, state, status: EquilibriumStatus | None = None, depths=None):
         self.system, self.mode = system, int(mode)
         self._state = np.array(state, float)
-        self._failed = status
+        self._failed, self._depths = status, depths
 
     def __getstate__(self):
-        return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed")}
+        return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed", "_depths")}
 
     @property
     def state(self) -> np.ndarray:
@@ -106,7 +110,15 @@ class Equilibrium(Notebook, Motion):
     @functools.cached_property
     def field(self) -> ModeField:
         """Vector field of the mode."""
-        return ModeField(self.scene, self.scene.tables, self.mode)
+        made = ModeField(self.scene, self.scene.tables, self.mode)
+        if self._depths is not None:
+            made.press(self._state, self._depths)
+        return made
+
+    @property
+    def depths(self) -> np.ndarray:
+        """How far the state is beyond each circle that gives a force (contacts,), length; better known than by the coordinates."""
+        return self.field.depths(self._state)[0] if self._depths is None else self._depths.copy()
 
     @property
     def contacts(self) -> dict[str, object]:
@@ -116,14 +128,21 @@ class Equilibrium(Notebook, Motion):
     @functools.cached_property
     def residual(self) -> float:
         """Largest rate that is left, relative to the size of the terms it is the sum of, dimensionless."""
-        F, _, terms = _conditions(self.scene, self.field, self._state)
+        F, _, terms = self._balance
         return float((np.abs(F) / terms)[:self.scene.ns].max())
 
     @functools.cached_property
     def continuum(self) -> np.ndarray:
         """Directions (k, ns), orthonormal, in which equilibria of the same mode lie nearby; k = 0: it stands alone."""
         # nothing of it moves: its velocities are zero in any units
-        return _kernel(_conditions(self.scene, self.field, self._state)[1])
+        found = _kernel(self._balance[1])
+        return np.linalg.qr(found[:, :self.scene.ns].T)[0].T if self.field.contacts else found
+
+    @functools.cached_property
+    def _balance(self):
+        """What vanishes here, see `_conditions`."""
+        field = ModeField(self.scene, self.field.tables, self.mode)
+        return _conditions(self.scene, field, np.append(self._state, self.depths), _units(field, self._state))
 
     @functools.cached_property
     def intervals(self) -> dict[int, tuple[float, float]]:
@@ -293,10 +312,11 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
         if mode in tried:
             continue
         tried[mode] = None
-        state = solved(scene, mode, y)
-        if state is None:
+        rest = solved(scene, mode, y)
+        if rest is None:
             continue
-        found = Equilibrium(system, mode, state)
+        state, depths = rest
+        found = Equilibrium(system, mode, state, depths=depths)
         if found.success:
             return resting(found)
         refused = refused or found
@@ -316,10 +336,11 @@ def resting(found: Equilibrium) -> Equilibrium:
         element = scene.guard(found.mode, g).element
         for key in scene.followers(found.mode, g, found.field.joined(found.state)):
             mode = scene.combine(found.mode, element, key)
-            state = None if mode is None or mode == found.mode else solved(scene, mode, found.state)
-            if mode is None or state is None:
+            rest = None if mode is None or mode == found.mode else solved(scene, mode, found.state)
+            if mode is None or rest is None:
                 continue
-            other = Equilibrium(found.system, mode, state)
+            state, depths = rest
+            other = Equilibrium(found.system, mode, state, depths=depths)
             near = np.abs(state - found.state).max() <= BOUNDARY * max(np.abs(state).max(), 1e-300)  # no velocities in it
             if near and other.success and len(other.continuum) > len(found.continuum):
                 return resting(other)
@@ -355,49 +376,63 @@ def _first(scene: Scene, y) -> list[int]:
     return [*found, *scene.start_modes()]
 
 
-def solved(scene: Scene, mode: int, y) -> np.ndarray | None:
-    """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change; None where there is none."""
-    field = ModeField(scene, scene.tables, mode)
-    units = field.units
-    y, largest, size = y.copy(), float(np.abs(y / units).max()), np.zeros(0)
+def solved(scene: Scene, mode: int, y) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change, and the depths (contacts,) of its
+    forces beyond circles; None where there is none."""
+    field, ns = ModeField(scene, scene.tables, mode), scene.ns
+    units = _units(field, y)
+    y = np.append(y, field.pressed(y))
+    largest, size = float(np.abs(y / units).max()), np.zeros(0)
     for count in range(STEPS):
-        F, J, terms = _conditions(scene, field, y)
+        F, J, terms = _conditions(scene, field, y, units)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             return None
         size = terms if count == 0 else np.maximum(size, terms)
         step = np.linalg.lstsq(J, -F, rcond=1e-12)[0] * units
         for _ in range(HALVINGS):  # out of where a law is defined
-            if np.isfinite(field.rate(y + step)).all():
+            field.press(y[:ns] + step[:ns], y[ns:] + step[ns:])
+            if np.isfinite(field.rate(y[:ns] + step[:ns])).all():
                 break
             step *= 0.5
         largest = max(largest, float(np.abs((y + step) / units).max()))
         better = np.abs(step / units).max() > CONVERGED * largest
-        if better or np.abs(_conditions(scene, field, y + step)[0]).max() < np.abs(F).max():  # what was solved for stays as it is
+        if better or np.abs(_conditions(scene, field, y + step, units)[0]).max() < np.abs(F).max():  # what was solved for stays
             y = y + step
         else:
             if not bool((np.abs(F) <= BALANCED * size).all()):
                 return None
             y[np.abs(y / units) <= CONVERGED * largest] = 0.0  # velocities, and what only rounding keeps from a surface at zero
-            return y
+            return y[:ns], y[ns:]
     return None
 
 
-def _conditions(scene: Scene, field: ModeField, y):
-    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow; its derivative by the
-    states, and the size of the terms; all in the units of the mode."""
-    ns, n, units = scene.ns, scene.n, field.units
+def _units(field: ModeField, y) -> np.ndarray:
+    """Return the units (ns + contacts,) of the unknowns: those of the mode, and for depths those in which walls are no steeper."""
+    return np.append(field.units, field.pace**2 / np.maximum(field.stiffening(y), field.pace**2))
+
+
+def _conditions(scene: Scene, field: ModeField, unknown, units):
+    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow, and what depths are
+    beside those of the coordinates; its derivative by ``unknown`` (ns + contacts,), states and depths, and the size of the terms;
+    all in ``units``."""
+    ns, n = scene.ns, scene.n
+    y, depths = unknown[:ns], unknown[ns:]
+    field.press(y, depths)
     x = field.joined(y)
     rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
     for place, row in scene.algebraic(field.mode):
         rows = np.vstack([rows, np.eye(1, x.size, place) - row])
     curved = curved_rests(scene, field.mode, x)
-    F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved]])
-    J = np.vstack([field.jacobian(y), rows[:, :ns], *(slope[:ns] for _, slope in curved)]) * units
+    told, normals = field.depths(y)
+    F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved], told - depths])
+    held = np.vstack([rows[:, :ns], *(slope[:ns] for _, slope in curved)])
+    J = np.vstack([field.apart(y), np.hstack([held, np.zeros((len(held), len(depths)))]),
+                   np.hstack([normals, -np.eye(len(depths))])]) * units
     T = field.tables
     rates = np.abs(T.A[field.mode]) @ np.abs(x)
     rates[n:2 * n] += np.abs(field.forces(y)) @ np.abs(T.LP[field.mode])
-    size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved))])
-    weight = np.append(units * field.pace, _heights(J[ns:]))
+    size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved)), np.abs(normals) @ np.abs(y)])
+    weight = np.append(units[:ns] * field.pace, _heights(J[ns:]))
     return F / weight, J / weight[:, None], np.full(size.size, max(float((size / weight).max()), 1e-300))
 
 
