@@ -1,4 +1,6 @@
 """Laws of a scene at one state in plain Python: what the written kernels compute, for the few states that are asked singly."""
+import math
+
 import numpy as np
 
 from .curve import level, limit, polar, scalar_slope, vector_slope
@@ -94,11 +96,10 @@ class Laws:
                 place = slice(at, at + len(law.law.values))
                 self._laws.append((law, slice(row, row + law.rows), slice(row, row + law.outs), place))
             row += law.rows
-        circles = [(law.element, rows, place) for law, rows, _, place in self._laws
-                   if law.stage == FORCE and law.curved and law.law.jacobian is not None]
-        self._circles = [(rows, place) for _, rows, place in circles]
-        self._contact = {element: i for i, (element, _, _) in enumerate(circles)}
-        self.beyond = np.zeros(len(circles))  # what the coordinates cannot tell of the depths of forces on circles: below rounding
+        self._circles = [(law, rows, place) for law, rows, _, place in self._laws
+                         if law.stage == FORCE and law.curved and law.law.jacobian is not None]
+        self._contact = {law.element: i for i, (law, _, _) in enumerate(self._circles)}
+        self.beyond = np.zeros(len(self._circles))  # what the coordinates cannot tell of the depths of forces on circles: below rounding
         length, rate = (natural_length(tables), natural_rate(tables)) if self._laws else (1.0, 1.0)
         self._sizes = np.array([length, length * rate, length * rate**2])  # of a coordinate, a speed, an acceleration
 
@@ -109,11 +110,20 @@ class Laws:
         """Return how far ``x`` (nx,) is beyond each circle that gives a force (contacts,), and the derivative (contacts, ns)."""
         T = self.tables
         found, change = np.zeros(len(self._circles)), np.zeros((len(self._circles), T.A.shape[1]))
-        for i, (rows, place) in enumerate(self._circles):
+        for i, (_, rows, place) in enumerate(self._circles):
             p = T.LU[rows] @ x - T.law[place][:2]
             r = float(np.hypot(*p))
             found[i], change[i] = r - T.law[place][2], (p / r if r > 0.0 else np.array([1.0, 0.0])) @ T.LU[rows, :change.shape[1]]
         return found, change
+
+    def steepness(self, x) -> np.ndarray:
+        """Return what forces on circles (contacts,) change in the accelerations, over their depths."""
+        T, found = self.tables, np.zeros(len(self._circles))
+        for i, (law, rows, place) in enumerate(self._circles):
+            local = np.concatenate([T.LU[rows] @ x, T.LS[rows] @ x])
+            by_depth = slope(law, local, T.law[place], local, self.beyond[i], True)[1] @ T.LP[self.mode, rows]
+            found[i] = math.sqrt(by_depth @ by_depth)
+        return found
 
     def values(self, x) -> np.ndarray:
         """Return forces, reactions and values of guards (rows,) at the joined state ``x`` (nx,)."""
@@ -135,23 +145,24 @@ class Laws:
     def _all(self, x, want: bool, apart: bool = False):
         T, m = self.tables, self.mode
         ns, n = T.A.shape[1], T.LP.shape[2]
-        more = np.zeros((n, len(self.beyond)))
-        out, change = np.zeros(T.LU.shape[0]), np.zeros((T.LU.shape[0], ns + len(self.beyond)))
+        more = len(self.beyond)
+        out, change = np.zeros(T.LU.shape[0]), np.zeros((T.LU.shape[0], ns + more))
         free = T.A[m, n:2 * n] @ x
-        by = np.hstack([T.A[m, n:2 * n, :ns], more])
+        by = T.A[m, n:2 * n, :ns].copy() if not more else np.hstack([T.A[m, n:2 * n, :ns], np.zeros((n, more))])
         for law, rows, given, place in self._laws:  # forces first: reactions and guards see what they give
             local = np.concatenate([T.LU[rows] @ x, T.LS[rows] @ x])
-            seen = np.vstack([T.LU[rows, :ns], T.LS[rows, :ns]])
-            seen = np.hstack([seen, np.zeros((len(seen), len(self.beyond)))])
+            seen = np.vstack([T.LU[rows, :ns], T.LS[rows, :ns]]) if want else None
             if law.reads:
-                local, seen = np.append(local, T.LU[rows, :n] @ free), np.vstack([seen, T.LU[rows, :n] @ by])
+                local = np.append(local, T.LU[rows, :n] @ free)
             contact = self._contact.get(law.element)
             beyond = 0.0 if contact is None else self.beyond[contact]
             out[given] = value(law, local, T.law[place], beyond)
             if want:
                 sizes = np.repeat(self._sizes[:len(local) // law.rows], law.rows)
                 by_local, by_depth = slope(law, local, T.law[place], sizes, beyond, apart and contact is not None)
-                change[given] = by_local @ seen
+                change[given, :ns] = by_local[:, :2 * law.rows] @ seen
+                if law.reads:
+                    change[given] += by_local[:, 2 * law.rows:] @ (T.LU[rows, :n] @ by)
                 if contact is not None:
                     change[given, ns + contact] += by_depth
             if law.stage == FORCE:

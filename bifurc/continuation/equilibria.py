@@ -32,6 +32,7 @@ from .shooting.problem import OrbitProblem
 from .shooting.signature_change import admissible_side
 
 IMAGINARY = 1e-5  # real over imaginary part of a pair of eigenvalues at a Hopf point
+KEPT = 16  # values of a parameter at which how steep walls are is remembered: differences ask for the same ones again
 FREE = 1e-10  # singular values of held rows below this part of the largest: directions that are not held
 
 
@@ -90,6 +91,7 @@ class EquilibriumProblem(Problem):
         self.places = np.array([*range(n), *range(2 * n, ns)])
         self.reference = np.array(state, float)
         self._size_u = float(size or np.abs(state).max() or 1.0)
+        self._steep: dict[float, np.ndarray] = {}
         self.numbers_at(value)
         self._soft = self.field.pace**2  # the rest of the system is as steep as that
         pressed = (self.field.pressed(self.reference) if depths is None else depths) * self._steepness()
@@ -113,24 +115,32 @@ class EquilibriumProblem(Problem):
         """Return how much steeper walls (contacts,) are than the rest, with the numbers that are in the tables now."""
         if not self.field.contacts:
             return np.empty(0)
-        self.field.press(self.reference, self.field.depths(self.reference)[0])
-        return self.field.stiffening(self.reference) / self._soft
+        found = self._steep.get(self._at)
+        if found is None:
+            self.field.press(self.reference, self.field.depths(self.reference)[0])
+            while len(self._steep) >= KEPT:
+                self._steep.pop(next(iter(self._steep)))
+            found = self._steep[self._at] = self.field.stiffening(self.reference) / self._soft
+        return found
 
     def _depths(self, u) -> np.ndarray:
         """Return the depths (contacts,) of the unknowns, with the numbers that are in the tables now."""
         return u[self.places.size:] / self._steepness()
 
-    def _pressed(self, u) -> np.ndarray:
-        """Return the state (ns,) of the unknowns, and let the field have their depths."""
-        y = self.state(u)
-        if self.field.contacts:
-            self.field.press(y, self._depths(u))
-        return y
+    def _pressed(self, u) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the state (ns,) of the unknowns, and let the field have their depths; with it what vanishes (contacts,): depths
+        that the coordinates tell less these, and the derivative (contacts, ns + contacts) of that."""
+        y, contacts = self.state(u), self.field.contacts
+        if not contacts:
+            return y, u[:0], np.empty((0, y.size))
+        depths = self._depths(u)
+        told, normals = self.field.press(y, depths)
+        return y, told - depths, np.hstack([normals, -np.eye(contacts)])
 
     def numbers_at(self, p) -> None:
         """Write the numbers of a parameter value into the tables."""
-        path = self.path
-        set_parameter(path.tables, path.index, path.series, path.low, path.high, float(p))
+        path, self._at = self.path, float(p)
+        set_parameter(path.tables, path.index, path.series, path.low, path.high, self._at)
 
     def _rows(self):
         """Return what picks the free accelerations (k, n), and rows (h, nx) that vanish with what is held and frozen."""
@@ -163,40 +173,38 @@ class EquilibriumProblem(Problem):
     def residual(self, u, p):
         """Return free accelerations, rates of internal variables, and what is held (n + nz,)."""
         self.numbers_at(p)
-        y, n = self._pressed(u), self.scene.n
+        (y, apart, _), n = self._pressed(u), self.scene.n
         free, kept = self._rows()
         f = self.field.rate(y)
         moving = [place for place in range(2 * n, self.scene.ns) if self.path.tables.A[self.mode, place].any()]
-        told = self.field.depths(y)[0] - self._depths(u) if self.field.contacts else u[:0]
-        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y), told])
+        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y), apart])
 
     def jacobian(self, u, p):
         """Return F_u (m, m) and F_p (m,)."""
         h = 1e-4 * self.scale[-1] if math.isfinite(self.scale[-1]) else 1e-4
         slope = sum(w * self.residual(u, p + k * h) for k, w in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))) / (12.0 * h)
         self.numbers_at(p)
-        y, n, ns = self._pressed(u), self.scene.n, self.scene.ns
+        (y, _, apart), n, ns = self._pressed(u), self.scene.n, self.scene.ns
         free, kept = self._rows()
-        J, contacts = self.field.apart(y), self.field.contacts
+        J = self.field.apart(y)
         moving = [place for place in range(2 * n, ns) if self.path.tables.A[self.mode, place].any()]
-        found = np.vstack([free @ J[n:2 * n], J[moving], np.hstack([kept[:, :ns], np.zeros((len(kept), contacts))]),
-                           np.hstack([self.field.depths(y)[1], -np.eye(contacts)])])
-        found = found[:, [*self.places, *range(ns, ns + contacts)]]
-        if contacts:
-            found[:, self.places.size:] /= self._steepness()
-        return found, slope
+        found = np.vstack([free @ J[n:2 * n], J[moving]])
+        if not self.field.contacts:
+            return np.vstack([found, kept[:, :ns]])[:, self.places], slope
+        found = np.vstack([found, np.hstack([kept[:, :ns], np.zeros((len(kept), len(apart)))]), apart])
+        return np.hstack([found[:, self.places], found[:, ns:] / self._steepness()]), slope
 
     def monitor_values(self, u, p, tangent):
         """Return the guards, relative to the size of their terms, and the Hopf test."""
         self.numbers_at(p)
-        y = self._pressed(u)
-        eigenvalues = self._equilibrium(u).eigenvalues
+        made = self._equilibrium(u)
+        eigenvalues = made.eigenvalues
         test = 1.0
         for i in range(len(eigenvalues)):
             for j in range(i):
                 both = eigenvalues[i] + eigenvalues[j]
                 test *= both / (abs(eigenvalues[i]) + abs(eigenvalues[j]) or 1.0)
-        return np.append(self.field.guards(y, self._size_u), float(np.real(test)))
+        return np.append(self.field.guards(made.state, self._size_u), float(np.real(test)))
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of the Hopf test is one: a complex pair on the imaginary axis, no pair of real ones."""
@@ -213,7 +221,7 @@ class EquilibriumProblem(Problem):
 
     def _equilibrium(self, u) -> Equilibrium:
         """Return the equilibrium of the unknowns with the numbers that are in the tables now."""
-        made = Equilibrium(self.system, self.mode, self._pressed(u), depths=self._depths(u))
+        made = Equilibrium(self.system, self.mode, self._pressed(u)[0], depths=self._depths(u) if self.field.contacts else None)
         made.__dict__["field"] = self.field
         return made
 
@@ -283,7 +291,7 @@ class EquilibriumProblem(Problem):
     def on_path(self, path: ParameterPath) -> "EquilibriumProblem":
         """Return the problem with the numbers of another path along the same parameter."""
         other = copy.copy(self)
-        other.path, other.field = path, ModeField(self.scene, path.tables, self.mode)
+        other.path, other.field, other._steep = path, ModeField(self.scene, path.tables, self.mode), {}
         return other
 
     def shaken(self):

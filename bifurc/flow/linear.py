@@ -50,9 +50,11 @@ class ModeField:
         """Return the depths beyond circles that the coordinates tell (contacts,), and their derivatives (contacts, ns)."""
         return self._laws.depths(self.joined(y))
 
-    def press(self, y, depths) -> None:
-        """Let forces beyond circles be those of ``depths`` (contacts,) at the state ``y``."""
-        self._laws.beyond[:] = depths - self.depths(y)[0]
+    def press(self, y, depths) -> tuple[np.ndarray, np.ndarray]:
+        """Let forces beyond circles be those of ``depths`` (contacts,) at the state ``y``; return what `depths` does there."""
+        told, normals = self.depths(y)
+        self._laws.beyond[:] = depths - told
+        return told, normals
 
     def pressed(self, y) -> np.ndarray:
         """Return the depths (contacts,) with which the accelerations at ``y`` are least: what stiff walls need of the load there."""
@@ -69,16 +71,16 @@ class ModeField:
 
     def stiffening(self, y) -> np.ndarray:
         """Return how steep the forces beyond circles (contacts,) are by their depths at ``y``, as accelerations over length."""
-        n = self.scene.n
-        steep = np.sqrt((self.apart(y)[n:2 * n, self.scene.ns:] ** 2).sum(axis=0))
+        steep = self._laws.steepness(self.joined(y))
         return np.where(steep > 0.0, steep, 1.0)
 
     def apart(self, y) -> np.ndarray:
         """Return the derivative (ns, ns + contacts) of the rate by the state while depths stay, and by these."""
         T, n = self.tables, self.scene.n
+        if not self.contacts:
+            return self.jacobian(y)
         J = np.hstack([T.A[self.mode, :, :self.scene.ns], np.zeros((self.scene.ns, self.contacts))])
-        if self._laws:
-            J[n:2 * n] += T.LP[self.mode].T @ self._laws.apart(self.joined(y))[1]
+        J[n:2 * n] += T.LP[self.mode].T @ self._laws.apart(self.joined(y))[1]
         return J
 
     def joined(self, y) -> np.ndarray:

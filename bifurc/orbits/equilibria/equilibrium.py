@@ -417,13 +417,12 @@ def _conditions(scene: Scene, field: ModeField, unknown, units):
     all in ``units``."""
     ns, n = scene.ns, scene.n
     y, depths = unknown[:ns], unknown[ns:]
-    field.press(y, depths)
+    told, normals = field.press(y, depths)
     x = field.joined(y)
     rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
     for place, row in scene.algebraic(field.mode):
         rows = np.vstack([rows, np.eye(1, x.size, place) - row])
     curved = curved_rests(scene, field.mode, x)
-    told, normals = field.depths(y)
     F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved], told - depths])
     held = np.vstack([rows[:, :ns], *(slope[:ns] for _, slope in curved)])
     J = np.vstack([field.apart(y), np.hstack([held, np.zeros((len(held), len(depths)))]),
