@@ -31,6 +31,7 @@ from .hopf import lyapunov_coefficient
 
 STEPS = 40
 HALVINGS = 40  # of a Newton step
+NEAR = 1e-3  # of the size of the state: a step of Newton below it is taken in coordinates and depths alike
 CONVERGED = 1e-13  # of the size of the state: last step
 BALANCED = 1e-11  # of the size of their terms: forces that are left
 RANK = 1e-10  # singular values below this part of the largest vanish
@@ -305,27 +306,30 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
                          "find_orbit gives its motion")
     scene = scene_of(system)
     y = _guess(scene, guess)
-    tried: dict[int, None] = {}
-    waiting, refused = _first(scene, y), None
+    tried: set[tuple[int, int]] = set()
+    starts = {-1: y}  # the guess, and what modes have that are ended by a violated guard
+    waiting, refused = [(mode, -1) for mode in _first(scene, y)], None
     while waiting and len(tried) < MODES:
-        mode = waiting.pop(0)
-        if mode in tried:
+        mode, source = waiting.pop(0)
+        if (mode, source) in tried:
             continue
-        tried[mode] = None
-        rest = solved(scene, mode, y)
-        if rest is None:
-            continue
-        state, depths = rest
-        found = Equilibrium(system, mode, state, depths=depths)
-        if found.success:
-            return resting(found)
-        refused = refused or found
-        values = found.field.guards(state)
-        for g in np.flatnonzero(values > INSIDE).tolist():
-            element = scene.guard(mode, g).element
-            after = [scene.combine(mode, element, key) for key in scene.followers(mode, g, found.field.joined(state))]
-            waiting[:0] = [m for m in after if m is not None]
-    return refused or Equilibrium(system, next(iter(tried)), y, EquilibriumStatus.NOT_FOUND)
+        tried.add((mode, source))
+        for pressed in (False, True):
+            rest = solved(scene, mode, starts[source], pressed)
+            if rest is None:
+                continue
+            found = Equilibrium(system, mode, rest[0], depths=rest[1])
+            if found.success:
+                return resting(found)
+            refused = refused or found
+            starts[mode] = found.state
+            for g in np.flatnonzero(found.field.guards(found.state) > INSIDE).tolist():
+                element = scene.guard(mode, g).element
+                after = [scene.combine(mode, element, key) for key in scene.followers(mode, g, found.field.joined(found.state))]
+                waiting[:0] = [(m, start) for m in after if m is not None for start in (-1, mode)]
+            if not len(rest[1]):
+                break
+    return refused or Equilibrium(system, _first(scene, y)[0], y, EquilibriumStatus.NOT_FOUND)
 
 
 def resting(found: Equilibrium) -> Equilibrium:
@@ -336,11 +340,11 @@ def resting(found: Equilibrium) -> Equilibrium:
         element = scene.guard(found.mode, g).element
         for key in scene.followers(found.mode, g, found.field.joined(found.state)):
             mode = scene.combine(found.mode, element, key)
-            rest = None if mode is None or mode == found.mode else solved(scene, mode, found.state)
+            rest = None if mode is None or mode == found.mode else solved(scene, mode, found.state, True)
             if mode is None or rest is None:
                 continue
-            state, depths = rest
-            other = Equilibrium(found.system, mode, state, depths=depths)
+            state = rest[0]
+            other = Equilibrium(found.system, mode, state, depths=rest[1])
             near = np.abs(state - found.state).max() <= BOUNDARY * max(np.abs(state).max(), 1e-300)  # no velocities in it
             if near and other.success and len(other.continuum) > len(found.continuum):
                 return resting(other)
@@ -376,12 +380,15 @@ def _first(scene: Scene, y) -> list[int]:
     return [*found, *scene.start_modes()]
 
 
-def solved(scene: Scene, mode: int, y) -> tuple[np.ndarray, np.ndarray] | None:
+def solved(scene: Scene, mode: int, y, pressed: bool) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change, and the depths (contacts,) of its
-    forces beyond circles; None where there is none."""
+    forces beyond circles; None where there is none.
+
+    Depths are those of the coordinates until these are `NEAR`, or begin with those that balance the load of ``y`` best: ``pressed``.
+    """
     field, ns = ModeField(scene, scene.tables, mode), scene.ns
     units = _units(field, y)
-    y = np.append(y, field.pressed(y))
+    y = np.append(y, field.pressed(y) if pressed else field.depths(y)[0])
     largest, size = float(np.abs(y / units).max()), np.zeros(0)
     for count in range(STEPS):
         F, J, terms = _conditions(scene, field, y, units)
@@ -398,6 +405,8 @@ def solved(scene: Scene, mode: int, y) -> tuple[np.ndarray, np.ndarray] | None:
         better = np.abs(step / units).max() > CONVERGED * largest
         if better or np.abs(_conditions(scene, field, y + step, units)[0]).max() < np.abs(F).max():  # what was solved for stays
             y = y + step
+            if not pressed and np.abs(step / units).max() > NEAR * largest:
+                y[ns:] = field.depths(y[:ns])[0]
         else:
             if not bool((np.abs(F) <= BALANCED * size).all()):
                 return None
