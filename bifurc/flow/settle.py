@@ -135,7 +135,7 @@ def start(scene, x):
     """
     reasons, arriving, deepest = [], None, None
     rule = Rule(scene)
-    x = unloaded(scene, x)
+    x = unloaded(scene, x).copy()
     for m in scene.start_modes(scene.disordered(x[None])):
         T = scene.tables
         y = x.copy()
@@ -145,6 +145,8 @@ def start(scene, x):
                 value, size = _value(scene, m, g, y)
                 if NOISE * size < value <= PENETRATION * size:
                     y[:scene.ns] -= direction * value
+                    if T.kick[m, g]:  # whatever the mode
+                        x[:scene.ns] -= direction * value
         why = rule.broken(m, y, rule.sizes(y))
         why += [("memory", e) for e in displaced(scene, m, y)]
         if not why:
