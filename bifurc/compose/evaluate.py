@@ -61,15 +61,15 @@ def _differences(law: SceneLaw, local, values, sizes) -> np.ndarray:
     columns = []
     for i in range(len(local)):
         best, apart, last = np.zeros(law.outs), np.full(law.outs, np.inf), np.zeros(law.outs)
-        for level in range(LEVELS):
-            h = STEP * sizes[i] / FALL**level
+        for fall in range(LEVELS):
+            h = STEP * sizes[i] / FALL**fall
             total = np.zeros(law.outs)
             for k, weight in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)):
                 moved = local.copy()
                 moved[i] += k * h
                 total = total + weight * value(law, moved, values)
             found = total / (12.0 * h)
-            if level:
+            if fall:
                 better = np.abs(found - last) < apart
                 apart[better], best[better] = np.abs(found - last)[better], found[better]
             last = found
@@ -99,7 +99,7 @@ class Laws:
         self._circles = [(law, rows, place) for law, rows, _, place in self._laws
                          if law.stage == FORCE and law.curved and law.law.jacobian is not None]
         self._contact = {law.element: i for i, (law, _, _) in enumerate(self._circles)}
-        self.beyond = np.zeros(len(self._circles))  # what the coordinates cannot tell of the depths of forces on circles: below rounding
+        self.beyond = np.zeros(len(self._circles))  # what the coordinates cannot tell of their depths: below rounding
         length, rate = (natural_length(tables), natural_rate(tables)) if self._laws else (1.0, 1.0)
         self._sizes = np.array([length, length * rate, length * rate**2])  # of a coordinate, a speed, an acceleration
 

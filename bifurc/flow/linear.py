@@ -57,7 +57,7 @@ class ModeField:
         return told, normals
 
     def pressed(self, y) -> np.ndarray:
-        """Return the depths (contacts,) with which the accelerations at ``y`` are least: what stiff walls need of the load there."""
+        """Return the depths (contacts,) with which the accelerations at ``y`` are least: what stiff walls need there."""
         n = self.scene.n
         depths = self.depths(y)[0]
         if not self.contacts:

@@ -1,4 +1,4 @@
-"""A mass point in a rigid ring, event by event: free in the plane, sliding or rolling along the wall by its angle (Zhang 2008, 4.3).
+"""A mass point in a rigid ring, event by event: free in the plane, sliding or rolling on the wall by its angle (Zhang 2008, 4.3).
 
 Nothing of the package is used: DOP853 with events, the impact law written out, and complete chattering followed impact by impact
 down to the speed `STILL`.  Friction of what is left of it is that of a plastic impact and of sliding from there on, to first order.
@@ -54,7 +54,8 @@ def motion(start, duration, *, damping=0.1, stiffness=1.0, load=0.0, nu=1.0, res
                 return np.hypot(*(y[:2] - centre)) - radius
             gap.terminal, gap.direction = True, 1.0
             y = np.concatenate([p, v])
-            found = solve_ivp(lambda t, y: np.concatenate([y[2:], force(t, y[:2], y[2:])]), (t, duration), y, events=gap, **accuracy)
+            found = solve_ivp(lambda t, y: np.concatenate([y[2:], force(t, y[:2], y[2:])]), (t, duration), y, events=gap,
+                              **accuracy)
             t, (p, v) = found.t[-1], (found.y[:2, -1], found.y[2:, -1])
             if found.status != 1:
                 continue
@@ -77,7 +78,7 @@ def motion(start, duration, *, damping=0.1, stiffness=1.0, load=0.0, nu=1.0, res
             def leaves(t, y):
                 return along(t, *y)[1]
 
-            def sticks(t, y):
+            def sticks(t, y, way=way):
                 return way * (radius * y[1] + surface_speed)
 
             def slips(t, y):
@@ -87,7 +88,7 @@ def motion(start, duration, *, damping=0.1, stiffness=1.0, load=0.0, nu=1.0, res
                 event.terminal, event.direction = True, -1.0
             rolls = mode == "roll"
 
-            def field(t, y):
+            def field(t, y, way=way, rolls=rolls):
                 pull, press = along(t, *y)
                 return [y[1], 0.0 if rolls else (pull - way * friction * press) / radius]
             watched = (leaves, slips) if rolls else (leaves, sticks)

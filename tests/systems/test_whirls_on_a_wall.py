@@ -94,7 +94,7 @@ def test_rolling_near_its_limit_goes_on_or_slides(way):
 def test_rolling_in_an_elastic_ring_near_its_limit_goes_on_or_slides(way):
     stiffness, zeta, friction = 40.0, 0.05, 0.1
     rate = zeta / friction + np.sqrt(1.0 + (zeta / friction)**2)
-    radius = 1.0 / (1.0 - 2.0 * zeta * rate / (friction * stiffness))  # Zhang 2008, section 4.2: sliding whirl, on the limit of rolling
+    radius = 1.0 / (1.0 - 2.0 * zeta * rate / (friction * stiffness))  # Zhang 2008, section 4.2
     for off in NEAR:
         speed = way * rate * radius * (1.0 + off)
         # at another speed the rolling whirl has another radius: stiffness / (stiffness + 1 - rate^2)

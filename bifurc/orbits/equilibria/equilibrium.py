@@ -63,6 +63,8 @@ class Equilibrium(Notebook, Motion):
         Positions, zero velocities, internal variables.
     mode : int
         Mode of the scene it is an equilibrium of; `contacts` says it in words.
+    depths : ndarray (contacts,)
+        How far it is beyond each circle that gives a force, length: times the stiffness the load there, however stiff it is.
     status, message
     success : bool
         Whether it is a state of rest.
@@ -384,7 +386,8 @@ def solved(scene: Scene, mode: int, y, pressed: bool) -> tuple[np.ndarray, np.nd
     """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change, and the depths (contacts,) of its
     forces beyond circles; None where there is none.
 
-    Depths are those of the coordinates until these are `NEAR`, or begin with those that balance the load of ``y`` best: ``pressed``.
+    Depths are those of the coordinates until these are `NEAR`; or, ``pressed``, they begin with those that balance the load at
+    ``y`` best.
     """
     field, ns = ModeField(scene, scene.tables, mode), scene.ns
     units = _units(field, y)
