@@ -6,6 +6,8 @@ the mode leaves free, the surfaces of what rests on them, and the values of what
 A Hopf point is a zero of the product of the sums of two eigenvalues (Kuznetsov 2004, section 10.2); a pair of real ones
 makes it vanish too, which is told apart.  Every guard is a boundary of the mode: beyond its zero the mode that the guard
 names is tried, on both sides of the parameter, for equilibria may go on or turn back there (di Bernardo et al. 2008, chapter 5).
+
+One file, because equations, tests and what is shown read the same unknowns, coordinates and depths.
 """
 import copy
 import math
