@@ -51,6 +51,11 @@ class SceneLaw(NamedTuple):
         return self.law.function in (curve.reaction, curve.limit)
 
     @property
+    def is_level(self) -> bool:
+        """Whether it is how far a position is beyond a circle."""
+        return self.law.function is curve.level
+
+    @property
     def group(self) -> tuple:
         """What laws of several modes that are evaluated as one have in common."""
         return (self.element, self.stage, self.slot, self.law.function, self.law.jacobian, len(self.law.values), self.curved)
@@ -65,7 +70,8 @@ def law_rows(laws: Sequence[SceneLaw]) -> Rows:
         at = seen.setdefault(law.element, first)
         owners += [(first, law.rows, at + k, law.element) for k in range(law.rows)]
     ends = [sum(law.rows for law in laws if law.stage <= stage) for stage in (FORCE, REACTION, GUARD, KICK)]
-    return Rows(np.array(owners, np.int64).reshape(-1, 4).T.copy(), np.array([*ends, max((law.rows for law in laws), default=1)]))
+    ends += [max((law.rows for law in laws), default=1), ends[REACTION] + sum(law.rows for law in laws if law.is_level)]
+    return Rows(np.array(owners, np.int64).reshape(-1, 4).T.copy(), np.array(ends))
 
 
 def is_law(value) -> bool:
@@ -138,9 +144,9 @@ def coefficients(expression, name: str, holds: int = 0) -> tuple[float, ...]:
 
 
 def joined(found: list[SceneLaw]) -> tuple[SceneLaw, ...]:
-    """Return laws of several modes with the same text as one each, forces first, then reactions, then guards."""
+    """Return laws of several modes with the same text as one each, forces first, then reactions, then guards, levels first."""
     groups: dict[tuple, list[SceneLaw]] = {}
     for law in found:
         groups.setdefault(law.group, []).append(law)
     whole = [laws[0]._replace(keys=tuple(dict.fromkeys(law.keys[0] for law in laws))) for laws in groups.values()]
-    return tuple(sorted(whole, key=lambda law: law.stage))
+    return tuple(sorted(whole, key=lambda law: (law.stage, not law.is_level)))

@@ -35,9 +35,10 @@ class Rows(NamedTuple):
     owners : ndarray (4, rows)
         For every row: first row and number of rows of its law; the row whose coordinates, speeds and accelerations it sees
         (itself, or the same of an earlier law of the element); the element.
-    stages : ndarray (5,)
+    stages : ndarray (6,)
         Where the rows of forces, of reactions, of values of guards, and of impulses end (those of what constraints on curves
-        ask to be zero are behind them); the largest number of rows of one law.
+        ask to be zero are behind them); the largest number of rows of one law; where among the values of guards those end that
+        are `curve.level`, which come first.
     """
 
     owners: np.ndarray
@@ -78,7 +79,7 @@ class Tables(array.array):
     kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`
     acts: np.ndarray  # (modes, laws) 0 where the law has no say in the mode, else 1 + where its values stand in ``law``
     owners: np.ndarray  # (4, rows) and
-    stages: np.ndarray  # (5,) where the rows of the laws stand, see `Rows`
+    stages: np.ndarray  # (6,) where the rows of the laws stand, see `Rows`
     bound: np.ndarray  # (2,) addresses of the C functions of the laws in this process, see `flow.laws.calls`; 0: not compiled yet
     still: np.ndarray  # (modes, guards) derivative from which on held rows make all of a guard vanish: 1, 2; 0: none does
 
@@ -141,7 +142,7 @@ class Tables(array.array):
 
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
 Layout = dict[str, tuple[bool, int, tuple[int, ...]]]  # of every array: float or not, place in its buffer, shape
-NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1]))
+NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1, 0]))
 
 
 def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: int, harmonics, laws: int = 0, law_values: int = 0,

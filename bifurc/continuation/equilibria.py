@@ -6,6 +6,8 @@ the mode leaves free, the surfaces of what rests on them, and the values of what
 A Hopf point is a zero of the product of the sums of two eigenvalues (Kuznetsov 2004, section 10.2); a pair of real ones
 makes it vanish too, which is told apart.  Every guard is a boundary of the mode: beyond its zero the mode that the guard
 names is tried, on both sides of the parameter, for equilibria may go on or turn back there (di Bernardo et al. 2008, chapter 5).
+
+One file, because equations, tests and what is shown read the same unknowns, coordinates and depths.
 """
 import copy
 import math
@@ -32,6 +34,7 @@ from .shooting.problem import OrbitProblem
 from .shooting.signature_change import admissible_side
 
 IMAGINARY = 1e-5  # real over imaginary part of a pair of eigenvalues at a Hopf point
+KEPT = 16  # values of a parameter at which how steep walls are is remembered: differences ask for the same ones again
 FREE = 1e-10  # singular values of held rows below this part of the largest: directions that are not held
 
 
@@ -48,7 +51,8 @@ def equilibrium_problem(start: Equilibrium, parameter: str, bounds: tuple[float,
     if not start.success:
         raise ValueError(f"the equilibrium cannot be continued, it is {start.status}: {start.message}")
     path = parameter_path(start.scene, start.system, name, bounds)
-    return EquilibriumProblem(start.system, path, start.mode, start.state, value, 0.5 * abs(bounds[1] - bounds[0]))
+    return EquilibriumProblem(start.system, path, start.mode, start.state, value, 0.5 * abs(bounds[1] - bounds[0]),
+                              depths=start.depths)
 
 
 class EquilibriumProblem(Problem):
@@ -67,12 +71,20 @@ class EquilibriumProblem(Problem):
         Of the parameter.
     size : float, optional
         Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
+    depths : ndarray (contacts,), optional
+        At the start, see `ModeField`; default: what balances the load there.
+
+    Notes
+    -----
+    Forces beyond circles are unknowns, too: each by how far it would move the rest of the system, so that neither steps nor the
+    accuracy of branches depend on how stiff the wall is.
     """
 
     errors = NUMERICAL
     monitors_read_tangent = False
 
-    def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None):
+    def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None,
+                 depths=None):
         self.system, self.path, self.mode = system, path, mode
         self.scene = scene_of(system)
         self.parameter = path.name or ""
@@ -81,7 +93,12 @@ class EquilibriumProblem(Problem):
         self.places = np.array([*range(n), *range(2 * n, ns)])
         self.reference = np.array(state, float)
         self._size_u = float(size or np.abs(state).max() or 1.0)
-        super().__init__(self.reference[self.places], value, self._size_u * math.sqrt(self.places.size), parameter_scale)
+        self._steep: dict[float, np.ndarray] = {}
+        self.numbers_at(value)
+        self._soft = self.field.pace**2  # the rest of the system is as steep as that
+        pressed = (self.field.pressed(self.reference) if depths is None else depths) * self._steepness()
+        unknown = np.append(self.reference[self.places], pressed)
+        super().__init__(unknown, value, self._size_u * math.sqrt(unknown.size), parameter_scale)
         self.signature = ", ".join(f"{label} {key}" for label, key in zip(system.labels, self.scene.keys[mode], strict=True))
         guards = int(path.tables.n_guards[mode])
         monitors = [Monitor(SpecialPointKind.BOUNDARY_EQUILIBRIUM, f"{self.scene.element_name(mode, g)}.{g}", boundary=True)
@@ -93,13 +110,39 @@ class EquilibriumProblem(Problem):
     def state(self, u) -> np.ndarray:
         """Return the state (ns,) of the unknowns."""
         y = np.zeros(self.scene.ns)
-        y[self.places] = u
+        y[self.places] = u[:self.places.size]
         return y
+
+    def _steepness(self) -> np.ndarray:
+        """Return how much steeper walls (contacts,) are than the rest, with the numbers that are in the tables now."""
+        if not self.field.contacts:
+            return np.empty(0)
+        found = self._steep.get(self._at)
+        if found is None:
+            self.field.press(self.reference, self.field.depths(self.reference)[0])
+            while len(self._steep) >= KEPT:
+                self._steep.pop(next(iter(self._steep)))
+            found = self._steep[self._at] = self.field.stiffening(self.reference) / self._soft
+        return found
+
+    def _depths(self, u) -> np.ndarray:
+        """Return the depths (contacts,) of the unknowns, with the numbers that are in the tables now."""
+        return u[self.places.size:] / self._steepness()
+
+    def _pressed(self, u) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the state (ns,) of the unknowns, and let the field have their depths; with it what vanishes (contacts,): depths
+        that the coordinates tell less these, and the derivative (contacts, ns + contacts) of that."""
+        y, contacts = self.state(u), self.field.contacts
+        if not contacts:
+            return y, u[:0], np.empty((0, y.size))
+        depths = self._depths(u)
+        told, normals = self.field.press(y, depths)
+        return y, told - depths, np.hstack([normals, -np.eye(contacts)])
 
     def numbers_at(self, p) -> None:
         """Write the numbers of a parameter value into the tables."""
-        path = self.path
-        set_parameter(path.tables, path.index, path.series, path.low, path.high, float(p))
+        path, self._at = self.path, float(p)
+        set_parameter(path.tables, path.index, path.series, path.low, path.high, self._at)
 
     def _rows(self):
         """Return what picks the free accelerations (k, n), and rows (h, nx) that vanish with what is held and frozen."""
@@ -132,51 +175,55 @@ class EquilibriumProblem(Problem):
     def residual(self, u, p):
         """Return free accelerations, rates of internal variables, and what is held (n + nz,)."""
         self.numbers_at(p)
-        y, n = self.state(u), self.scene.n
+        (y, apart, _), n = self._pressed(u), self.scene.n
         free, kept = self._rows()
         f = self.field.rate(y)
         moving = [place for place in range(2 * n, self.scene.ns) if self.path.tables.A[self.mode, place].any()]
-        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y)])
+        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y), apart])
 
     def jacobian(self, u, p):
         """Return F_u (m, m) and F_p (m,)."""
         h = 1e-4 * self.scale[-1] if math.isfinite(self.scale[-1]) else 1e-4
         slope = sum(w * self.residual(u, p + k * h) for k, w in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))) / (12.0 * h)
         self.numbers_at(p)
-        y, n, ns = self.state(u), self.scene.n, self.scene.ns
+        (y, _, apart), n, ns = self._pressed(u), self.scene.n, self.scene.ns
         free, kept = self._rows()
-        J = self.field.jacobian(y)
+        J = self.field.apart(y)
         moving = [place for place in range(2 * n, ns) if self.path.tables.A[self.mode, place].any()]
-        return np.vstack([free @ J[n:2 * n], J[moving], kept[:, :ns]])[:, self.places], slope
+        found = np.vstack([free @ J[n:2 * n], J[moving]])
+        if not self.field.contacts:
+            return np.vstack([found, kept[:, :ns]])[:, self.places], slope
+        found = np.vstack([found, np.hstack([kept[:, :ns], np.zeros((len(kept), len(apart)))]), apart])
+        return np.hstack([found[:, self.places], found[:, ns:] / self._steepness()]), slope
 
     def monitor_values(self, u, p, tangent):
         """Return the guards, relative to the size of their terms, and the Hopf test."""
         self.numbers_at(p)
-        y = self.state(u)
-        eigenvalues = self._equilibrium(y).eigenvalues
+        made = self._equilibrium(u)
+        eigenvalues = made.eigenvalues
         test = 1.0
         for i in range(len(eigenvalues)):
             for j in range(i):
                 both = eigenvalues[i] + eigenvalues[j]
                 test *= both / (abs(eigenvalues[i]) + abs(eigenvalues[j]) or 1.0)
-        return np.append(self.field.guards(y, self._size_u), float(np.real(test)))
+        return np.append(self.field.guards(made.state, self._size_u), float(np.real(test)))
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of the Hopf test is one: a complex pair on the imaginary axis, no pair of real ones."""
         if kind is not SpecialPointKind.HOPF:
             return True
         self.numbers_at(x[-1])
-        values = self._equilibrium(self.state(x[:-1])).eigenvalues
+        values = self._equilibrium(x[:-1]).eigenvalues
         return bool(np.any((values.imag > 0.0) & (np.abs(values.real) < IMAGINARY * np.abs(values.imag))))
 
     def frequency(self, x) -> float:
         """Return the imaginary part of the pair of eigenvalues nearest to the imaginary axis at ``x``."""
         self.numbers_at(x[-1])
-        return critical_pair(self._equilibrium(self.state(x[:-1])).linearisation)[0]
+        return critical_pair(self._equilibrium(x[:-1]).linearisation)[0]
 
-    def _equilibrium(self, y) -> Equilibrium:
-        """Return the equilibrium with the numbers that are in the tables now."""
-        made = Equilibrium(self.system, self.mode, y)
+    def _equilibrium(self, u) -> Equilibrium:
+        """Return the equilibrium of the unknowns with the numbers that are in the tables now."""
+        made = Equilibrium(self.system, self.mode, self._pressed(u)[0], depths=self._depths(u) if self.field.contacts else None)
         made.__dict__["field"] = self.field
         return made
 
@@ -221,7 +268,7 @@ class EquilibriumProblem(Problem):
         scene, n = self.scene, self.scene.n
         self.numbers_at(x[-1])
         y = self.state(x[:-1])
-        small, Z, _ = self._equilibrium(y)._small
+        small, Z, _ = self._equilibrium(x[:-1])._small
         omega, q, _ = critical_pair(small)
         q = Z @ q
         i = int(np.argmax(np.abs(q[:n])))
@@ -246,7 +293,7 @@ class EquilibriumProblem(Problem):
     def on_path(self, path: ParameterPath) -> "EquilibriumProblem":
         """Return the problem with the numbers of another path along the same parameter."""
         other = copy.copy(self)
-        other.path, other.field = path, ModeField(self.scene, path.tables, self.mode)
+        other.path, other.field, other._steep = path, ModeField(self.scene, path.tables, self.mode), {}
         return other
 
     def shaken(self):
@@ -275,7 +322,7 @@ class EquilibriumProblem(Problem):
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
-        count = len(self._equilibrium(self.reference).eigenvalues)
+        count = len(self._equilibrium(self.x0[:-1]).eigenvalues)
         each = [f"{name}_{i}" for i in range(self.scene.n) for name in ("q", "max", "min", "rms")]
         return (*each, "stable", *(f"eigenvalue_{k}" for k in range(count)))
 
@@ -287,7 +334,7 @@ class EquilibriumProblem(Problem):
         found = []
         for x in xs:
             self.numbers_at(x[-1])
-            made = self._equilibrium(self.state(x[:-1]))
+            made = self._equilibrium(x[:-1])
             found.append(made.stable if kind == "stable" else made.eigenvalues[int(number)])
         return np.array(found, object if None in found else None)
 
@@ -295,7 +342,8 @@ class EquilibriumProblem(Problem):
         """Return the equilibrium at ``x``."""
         system = beside(self.system, self.parameter, float(x[-1]), 0.5 * (self.path.low + self.path.high))
         mode = scene_of(system).index(self.scene.keys[self.mode])
-        return Equilibrium(system, mode, self.state(x[:-1]))
+        self.numbers_at(x[-1])
+        return Equilibrium(system, mode, self.state(x[:-1]), depths=self._depths(x[:-1]))
 
     def __reduce_ex__(self, protocol):
         return EquilibriumProblem.from_record, (self.to_record(), user_parts(self.system))  # what is compiled does not travel

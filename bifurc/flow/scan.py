@@ -10,7 +10,7 @@ import numpy as np
 from .._jit import NOTHING, apart, leaf, njit
 from .._jit import WHOLE as STATUS
 from ..compose.tables import ORDER
-from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
+from .affine.engine import all_series, arrival, curved_project, forcing, land, leaves, terms_size
 from .affine.event_free import free_steps
 from .affine.polynomial import EPS, first_zero, horner
 from .chatter import UNSEEN, closing, multiple
@@ -253,6 +253,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                         signs[k], new_orders[k], new_slopes[k] = -1, 1, after
                         continue
                     signs[k], new_orders[k] = inside(T, c, k, xp, scale, a)
+                    new_slopes[k] = leaves(new_orders[k], a)
                     if signs[k] > 0:  # of another element: it joins in, or fires at once with its own candidates
                         good = good and element[c, k] != element[m, g]
                         joining = joining or taken_along(T, m, g, c, k, kicked, new_orders[k], x, scale, a)

@@ -41,6 +41,12 @@ class Rule:
         """Return sign of a guard just after ``x`` (0: zero forever) and the order of its zero at ``x``."""
         return self._rule.inside(self.scene.tables, m, g, x, self.sizes(x) if scale is None else scale, np.empty(ORDER + 1))
 
+    def leaving(self, m: int, g: int, x) -> tuple[int, int, float]:
+        """Return what `inside` does, and the rate with which the guard leaves a zero, where that is known; see `engine.leaves`."""
+        a = np.empty(ORDER + 1)
+        sign, order = self._rule.inside(self.scene.tables, m, g, x, self.sizes(x), a)
+        return sign, order, self._engine.leaves(order, a)
+
     def sizes(self, x) -> np.ndarray:
         """Return what the rounding of the entries of ``x`` (nx,) is measured by, see `rule.sizes`."""
         scale = np.empty(x.size)
@@ -68,6 +74,18 @@ class Rule:
         self._engine.guard_gradient(T, m, g, x, row)
         rates = np.concatenate([f, dw])
         return float(row @ rates), float(NOISE * (np.abs(T.GT[m, g, :, 1]) @ plain(x, ns) + np.abs(row) @ np.abs(rates)))
+
+    def onto(self, m: int, g: int, x) -> np.ndarray | None:
+        """Return by how much (ns,) of ``x`` (nx,) a guard falls by one: that of a surface, flat or round; None of other guards."""
+        T, ns = self.scene.tables, self.scene.ns
+        if T.D[m, g].any():
+            return T.D[m, g]
+        if not T.kick[m, g] or not T.LG[m, g].any():
+            return None
+        row = np.empty(x.size)
+        self._engine.guard_gradient(T, m, g, x, row)
+        square = row[:ns] @ row[:ns]
+        return row[:ns] / square if square > 0.0 else None
 
     def broken(self, m: int, x, scale) -> list[tuple]:
         """Return what forbids mode ``m`` at ``x``: ``("hold", element)`` and ``("guard", g, order)``; empty: it may start."""
@@ -117,15 +135,18 @@ def start(scene, x):
     """
     reasons, arriving, deepest = [], None, None
     rule = Rule(scene)
-    x = unloaded(scene, x)
+    x = unloaded(scene, x).copy()
     for m in scene.start_modes(scene.disordered(x[None])):
         T = scene.tables
         y = x.copy()
         for g in range(T.n_guards[m]):  # a state beyond a surface by rounding is on it
-            if T.D[m, g].any():
-                value, size = T.G[m, g] @ y, np.abs(T.G[m, g]) @ plain(y, scene.ns)
+            direction = rule.onto(m, g, y)
+            if direction is not None:
+                value, size = _value(scene, m, g, y)
                 if NOISE * size < value <= PENETRATION * size:
-                    y[:scene.ns] -= T.D[m, g] * value
+                    y[:scene.ns] -= direction * value
+                    if T.kick[m, g]:  # whatever the mode
+                        x[:scene.ns] -= direction * value
         why = rule.broken(m, y, rule.sizes(y))
         why += [("memory", e) for e in displaced(scene, m, y)]
         if not why:

@@ -217,9 +217,9 @@ def _orders(scene, mode, x, ints, floats) -> None:
     """Write the orders of the zeros that the guards have at ``x``; one that is leaving has none and fires at once."""
     rule = settle.Rule(scene)
     for g in range(scene.tables.n_guards[mode]):
-        sign, order = rule.inside(mode, g, x)
+        sign, order, slope = rule.leaving(mode, g, x)
         ints[ORDERS + g] = order if sign <= 0 else 0
-        floats[SLOPES + g] = np.nan
+        floats[SLOPES + g] = slope
 
 
 def _resize(engine, T, ints, floats):

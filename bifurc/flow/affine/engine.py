@@ -275,6 +275,13 @@ def arrival(T, m, g, x, known):
 
 
 @leaf
+def leaves(order, a):
+    """Return the rate with which a guard leaves a zero of a known ``order``, from what `rule.inside` wrote into ``a``, where that
+    is not what its series says: here it is."""
+    return np.nan
+
+
+@leaf
 def curved_jump(T, m, g, closes, x, xp, P):
     """Add what a jump that depends on the state gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx): here nothing."""
 

@@ -11,7 +11,7 @@ from .gauss import NODES
 
 STEP, VALUES = range(2)  # places in ``T.bound``
 FIRST, COUNT, SOURCE, OWNER = range(4)  # rows of ``T.owners``
-FORCES, ACTING, KICKS, RESTS, WIDTH = range(5)  # places in ``T.stages``
+FORCES, ACTING, KICKS, RESTS, WIDTH, LEVELS = range(6)  # places in ``T.stages``
 # what `ask` gives: into local[2] (rows, 1), or derivatives into slope (3, rows, WIDTH, 1); see `bifurc.flow.laws.nolaw`
 FORCE, REACTION, WATCH, SLOPE, KICK, KICK_SLOPE, REST, REST_MOVE, REST_SLOPE = range(9)
 

@@ -23,6 +23,7 @@ from .calls import (
     KICK,
     KICK_SLOPE,
     KICKS,
+    LEVELS,
     OWNER,
     REST,
     REST_MOVE,
@@ -46,7 +47,7 @@ from .engine import DEFECT, field, integrate, propagate
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "free_steps", "inside",
-          "bend", "curved_closure", "segment_peak", "land", "terms_size", "arrival",
+          "bend", "curved_closure", "segment_peak", "land", "terms_size", "arrival", "leaves",
           "curved_jump", "curved_kick", "curved_rest", "curved_project", "curved_hold", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
@@ -55,6 +56,7 @@ LAWFUL = 0.35  # of the Taylor tables' step: where guards are laws, their values
 WIDE = 8.0  # durations: on a step so long the third derivative of an interpolated law has the rounding of its quotient
 SMALL = 0.05  # of the Taylor tables' step: shorter ones make the series of a law no better
 LANDINGS = 4  # Newton steps in time onto a guard that is a law
+PARTS = 8  # of a step, where its own control points lie outside a circle
 HIGHEST_ORDER = 5  # of a zero that is looked for
 
 
@@ -362,6 +364,123 @@ def guard_divided(T, m, g, x, s, order, row):
 
 
 @njit
+def flies(T, m):
+    """Whether no law acts in mode ``m``, and guards are affine, or tell that a circle around the position is reached."""
+    LG, LP, owners, stages = T.LG, T.LP, T.owners, T.stages
+    for r in range(stages[ACTING]):
+        for i in range(LP.shape[2]):
+            if LP[m, r, i] != 0.0:
+                return False
+    for g in range(T.n_guards[m]):
+        law = -1
+        for r in range(LG.shape[2]):
+            law += owners[FIRST, r] == r
+            if LG[m, g, r] != 0.0 and (r < stages[ACTING] or r >= stages[LEVELS] or not T.law[T.acts[m, law] + 1] > 0.0):
+                return False
+    return True
+
+
+@njit
+def glide(T, m, x, count, room):
+    """Do what `free_steps` does in a mode that `flies`, by whole steps of the tables.
+
+    A position on a step is compared with the cubic through its values and speeds at both ends, as affine guards are
+    (`affine.event_free`), and the cubic lies within its four control points.
+    """
+    A, E, G, G4, GT, LG, LU, LS, harmonics, h, ng = (
+        T.A, T.E, T.G, T.G4, T.GT, T.LG, T.LU, T.LS, T.harmonics, T.step[m], T.n_guards[m])
+    n, ns, nx, rows = T.LP.shape[2], A.shape[1], A.shape[2], LU.shape[0]
+    x1, wrong, off = room[2 * ng:], np.zeros((n, nx)), np.empty(n)
+    for i in range(n):
+        for c in range(nx):
+            for j in range(ORDER, 3, -1):
+                wrong[i, c] = wrong[i, c] * h + abs(T.YT[m, i, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
+            wrong[i, c] *= h**4 / 384.0
+    x1[ns] = 1.0
+    for k in range(count):
+        for i in range(ns):
+            total = 0.0
+            for c in range(nx):
+                total += E[m, i, c] * x[c]
+            x1[i] = total
+        for q in range(harmonics.size):
+            c = ns + 1 + 2 * q
+            cos, sin = T.turn[m, 1 + 2 * q], T.turn[m, 2 + 2 * q]
+            x1[c] = cos * x[c] - sin * x[c + 1]
+            x1[c + 1] = sin * x[c] + cos * x[c + 1]
+        for i in range(n):
+            off[i] = 0.0
+            for c in range(nx):
+                off[i] += wrong[i, c] * abs(x[c])
+        for g in range(ng):
+            round_, law = -1, -1
+            for r in range(T.stages[ACTING] if rows > 0 else 0, T.stages[LEVELS]):
+                if LG[m, g, r] != 0.0:
+                    round_ = r
+            if round_ < 0:
+                g0, g1, d0, d1, e = 0.0, 0.0, 0.0, 0.0, 0.0
+                for c in range(nx):
+                    g0 += G[m, g, c] * x[c]
+                    g1 += G[m, g, c] * x1[c]
+                    d0 += GT[m, g, c, 1] * x[c]
+                    d1 += GT[m, g, c, 1] * x1[c]
+                    e += G4[m, g, c] * abs(x[c])
+                if not max(max(g0, g1), max(g0 + h / 3.0 * d0, g1 - h / 3.0 * d1)) + e < 0.0:
+                    return k * h
+                continue
+            for r in range(round_ + 1):
+                law += T.owners[FIRST, r] == r
+            first = T.acts[m, law] - 1
+            radius, e = T.law[first + 3], 0.0
+            px, vx = -T.law[first], 0.0
+            py, vy = -T.law[first + 1], 0.0
+            qx, wx, qy, wy = px, 0.0, py, 0.0
+            for c in range(nx):
+                px += LU[round_, c] * x[c]
+                py += LU[round_ + 1, c] * x[c]
+                qx += LU[round_, c] * x1[c]
+                qy += LU[round_ + 1, c] * x1[c]
+                vx += h * LS[round_, c] * x[c]
+                vy += h * LS[round_ + 1, c] * x[c]
+                wx += h * LS[round_, c] * x1[c]
+                wy += h * LS[round_ + 1, c] * x1[c]
+            for i in range(n):
+                e += (abs(LU[round_, i]) + abs(LU[round_ + 1, i])) * off[i]
+            if not within(px, vx, qx, wx, py, vy, qy, wy, radius - e):
+                return k * h
+        for c in range(nx):
+            x[c] = x1[c]
+    return count * h
+
+
+@njit
+def within(px, vx, qx, wx, py, vy, qy, wy, radius):
+    """Whether the plane cubic from p with the speed v to q with the speed w, in unit time, is proved to stay within a circle around
+    the origin: by its control points, or those of its parts."""
+    if max(max(px * px + py * py, qx * qx + qy * qy), max(
+            (px + vx / 3.0)**2 + (py + vy / 3.0)**2, (qx - wx / 3.0)**2 + (qy - wy / 3.0)**2)) < radius * radius and radius > 0.0:
+        return True
+    if not max(px * px + py * py, qx * qx + qy * qy) < radius * radius or not radius > 0.0:
+        return False
+    third = 1.0 / (3.0 * PARTS)
+    for k in range(PARTS + 1):
+        s = k / PARTS
+        x, dx = hermite(px, vx, qx, wx, s)
+        y, dy = hermite(py, vy, qy, wy, s)
+        far = max((x + third * dx)**2 + (y + third * dy)**2, (x - third * dx)**2 + (y - third * dy)**2)
+        if not max(far, x * x + y * y) < radius * radius:
+            return False
+    return True
+
+
+@njit
+def hermite(p, v, q, w, s):
+    """Value and slope at ``s`` of the cubic on [0, 1] from ``p`` with the slope ``v`` to ``q`` with the slope ``w``."""
+    c2, c3 = 3.0 * (q - p) - 2.0 * v - w, 2.0 * (p - q) + v + w
+    return p + s * (v + s * (c2 + s * c3)), v + s * (2.0 * c2 + 3.0 * s * c3)
+
+
+@njit
 def free_steps(T, m, x, count, orders, slopes_known, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events.
 
@@ -373,6 +492,11 @@ def free_steps(T, m, x, count, orders, slopes_known, room):
     for g in range(guards):
         if orders[g] > 0:
             return 0.0
+    if flies(T, m):
+        proved = glide(T, m, x, count, room)
+        if proved > 0.0:
+            return proved
+        count = 1  # close to a circle: the next steps may be clear of it again
     acc, force, p = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
     x1, none, accs = np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2))
     scratch = scratch_of(T, 0)
@@ -558,6 +682,13 @@ def arrival(T, m, g, x, known):
     f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
     field(T, m, x, f)
     return max(gradient_sizes(T, m, g, x, f, x, f[T.LP.shape[2]:], size)[1], 0.0)
+
+
+@njit
+def leaves(order, a):
+    """Return the rate with which a guard leaves a zero of a known ``order``, from what `inside` wrote into ``a``: exact, where the
+    interpolated series may have the other sign; NaN: that rate is zero, or the order is none."""
+    return a[1] if order == 1 else np.nan
 
 
 @njit

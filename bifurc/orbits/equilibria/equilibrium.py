@@ -4,6 +4,10 @@ In a mode the state is at rest where y' = 0 and what the mode holds stays on its
 solves that from the guess, so that where equilibria form a continuum (a mass that sticks, a slider that never slips) the
 nearest one is found.  A guard that the solution violates names the modes that are tried next.
 
+How deep a force on a circle is beyond it is an unknown of its own beside the coordinates, in the unit in which the wall is as
+steep as the rest.  So a stiff wall needs no more steps than a soft one, and its load is known where the coordinates would have it
+from their last digits, or not at all.
+
 Eigenvalues are those of the motion that the mode allows, on the states modulo a continuum.  Time is counted in units of the mode's
 own rate of change throughout: what is small, and what depends on what else, is then the same in all units.
 
@@ -28,6 +32,7 @@ from .hopf import lyapunov_coefficient
 
 STEPS = 40
 HALVINGS = 40  # of a Newton step
+NEAR = 1e-3  # of the size of the state: a step of Newton below it is taken in coordinates and depths alike
 CONVERGED = 1e-13  # of the size of the state: last step
 BALANCED = 1e-11  # of the size of their terms: forces that are left
 RANK = 1e-10  # singular values below this part of the largest vanish
@@ -59,6 +64,8 @@ class Equilibrium(Content, Notebook, Motion):
         Positions, zero velocities, internal variables.
     mode : int
         Mode of the scene it is an equilibrium of; `contacts` says it in words.
+    depths : ndarray (contacts,)
+        How far it is beyond each circle that gives a force, length: times the stiffness the load there, however stiff it is.
     status, message
     success : bool
         Whether it is a state of rest.
@@ -76,16 +83,16 @@ class Equilibrium(Content, Notebook, Motion):
     regime = "at rest"
     multipliers = None
 
-    def __init__(self, system: System, mode: int, state, status: EquilibriumStatus | None = None):
+    def __init__(self, system: System, mode: int, state, status: EquilibriumStatus | None = None, depths=None):
         self.system, self.mode = system, int(mode)
         self._state = np.array(state, float)
-        self._failed = status
+        self._failed, self._depths = status, depths
 
     def _content(self) -> tuple:
         return self.system, self.mode, self._state, self._failed
 
     def __getstate__(self):
-        return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed")}
+        return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed", "_depths")}
 
     @property
     def state(self) -> np.ndarray:
@@ -110,7 +117,15 @@ class Equilibrium(Content, Notebook, Motion):
     @functools.cached_property
     def field(self) -> ModeField:
         """Vector field of the mode."""
-        return ModeField(self.scene, self.scene.tables, self.mode)
+        made = ModeField(self.scene, self.scene.tables, self.mode)
+        if self._depths is not None:
+            made.press(self._state, self._depths)
+        return made
+
+    @property
+    def depths(self) -> np.ndarray:
+        """How far the state is beyond each circle that gives a force (contacts,), length; better known than by the coordinates."""
+        return self.field.depths(self._state)[0] if self._depths is None else self._depths.copy()
 
     @property
     def contacts(self) -> dict[str, object]:
@@ -120,14 +135,21 @@ class Equilibrium(Content, Notebook, Motion):
     @functools.cached_property
     def residual(self) -> float:
         """Largest rate that is left, relative to the size of the terms it is the sum of, dimensionless."""
-        F, _, terms = _conditions(self.scene, self.field, self._state)
+        F, _, terms = self._balance
         return float((np.abs(F) / terms)[:self.scene.ns].max())
 
     @functools.cached_property
     def continuum(self) -> np.ndarray:
         """Directions (k, ns), orthonormal, in which equilibria of the same mode lie nearby; k = 0: it stands alone."""
         # nothing of it moves: its velocities are zero in any units
-        return _kernel(_conditions(self.scene, self.field, self._state)[1])
+        found = _kernel(self._balance[1])
+        return np.linalg.qr(found[:, :self.scene.ns].T)[0].T if self.field.contacts else found
+
+    @functools.cached_property
+    def _balance(self):
+        """What vanishes here, see `_conditions`."""
+        field = ModeField(self.scene, self.field.tables, self.mode)
+        return _conditions(self.scene, field, np.append(self._state, self.depths), _units(field, self._state))
 
     @functools.cached_property
     def intervals(self) -> dict[int, tuple[float, float]]:
@@ -290,26 +312,30 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
                          "find_orbit gives its motion")
     scene = scene_of(system)
     y = _guess(scene, guess)
-    tried: dict[int, None] = {}
-    waiting, refused = _first(scene, y), None
+    tried: set[tuple[int, int]] = set()
+    starts = {-1: y}  # the guess, and what modes have that are ended by a violated guard
+    waiting, refused = [(mode, -1) for mode in _first(scene, y)], None
     while waiting and len(tried) < MODES:
-        mode = waiting.pop(0)
-        if mode in tried:
+        mode, source = waiting.pop(0)
+        if (mode, source) in tried:
             continue
-        tried[mode] = None
-        state = solved(scene, mode, y)
-        if state is None:
-            continue
-        found = Equilibrium(system, mode, state)
-        if found.success:
-            return resting(found)
-        refused = refused or found
-        values = found.field.guards(state)
-        for g in np.flatnonzero(values > INSIDE).tolist():
-            element = scene.guard(mode, g).element
-            after = [scene.combine(mode, element, key) for key in scene.followers(mode, g, found.field.joined(state))]
-            waiting[:0] = [m for m in after if m is not None]
-    return refused or Equilibrium(system, next(iter(tried)), y, EquilibriumStatus.NOT_FOUND)
+        tried.add((mode, source))
+        for pressed in (False, True):
+            rest = solved(scene, mode, starts[source], pressed)
+            if rest is None:
+                continue
+            found = Equilibrium(system, mode, rest[0], depths=rest[1])
+            if found.success:
+                return resting(found)
+            refused = refused or found
+            starts[mode] = found.state
+            for g in np.flatnonzero(found.field.guards(found.state) > INSIDE).tolist():
+                element = scene.guard(mode, g).element
+                after = [scene.combine(mode, element, key) for key in scene.followers(mode, g, found.field.joined(found.state))]
+                waiting[:0] = [(m, start) for m in after if m is not None for start in (-1, mode)]
+            if not len(rest[1]):
+                break
+    return refused or Equilibrium(system, _first(scene, y)[0], y, EquilibriumStatus.NOT_FOUND)
 
 
 def resting(found: Equilibrium) -> Equilibrium:
@@ -320,10 +346,11 @@ def resting(found: Equilibrium) -> Equilibrium:
         element = scene.guard(found.mode, g).element
         for key in scene.followers(found.mode, g, found.field.joined(found.state)):
             mode = scene.combine(found.mode, element, key)
-            state = None if mode is None or mode == found.mode else solved(scene, mode, found.state)
-            if mode is None or state is None:
+            rest = None if mode is None or mode == found.mode else solved(scene, mode, found.state, True)
+            if mode is None or rest is None:
                 continue
-            other = Equilibrium(found.system, mode, state)
+            state = rest[0]
+            other = Equilibrium(found.system, mode, state, depths=rest[1])
             near = np.abs(state - found.state).max() <= BOUNDARY * max(np.abs(state).max(), 1e-300)  # no velocities in it
             if near and other.success and len(other.continuum) > len(found.continuum):
                 return resting(other)
@@ -359,49 +386,68 @@ def _first(scene: Scene, y) -> list[int]:
     return [*found, *scene.start_modes()]
 
 
-def solved(scene: Scene, mode: int, y) -> np.ndarray | None:
-    """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change; None where there is none."""
-    field = ModeField(scene, scene.tables, mode)
-    units = field.units
-    y, largest, size = y.copy(), float(np.abs(y / units).max()), np.zeros(0)
+def solved(scene: Scene, mode: int, y, pressed: bool) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change, and the depths (contacts,) of its
+    forces beyond circles; None where there is none.
+
+    Depths are those of the coordinates until these are `NEAR`; or, ``pressed``, they begin with those that balance the load at
+    ``y`` best.
+    """
+    field, ns = ModeField(scene, scene.tables, mode), scene.ns
+    units = _units(field, y)
+    y = np.append(y, field.pressed(y) if pressed else field.depths(y)[0])
+    largest, size = float(np.abs(y / units).max()), np.zeros(0)
     for count in range(STEPS):
-        F, J, terms = _conditions(scene, field, y)
+        F, J, terms = _conditions(scene, field, y, units)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             return None
         size = terms if count == 0 else np.maximum(size, terms)
         step = np.linalg.lstsq(J, -F, rcond=1e-12)[0] * units
         for _ in range(HALVINGS):  # out of where a law is defined
-            if np.isfinite(field.rate(y + step)).all():
+            field.press(y[:ns] + step[:ns], y[ns:] + step[ns:])
+            if np.isfinite(field.rate(y[:ns] + step[:ns])).all():
                 break
             step *= 0.5
         largest = max(largest, float(np.abs((y + step) / units).max()))
         better = np.abs(step / units).max() > CONVERGED * largest
-        if better or np.abs(_conditions(scene, field, y + step)[0]).max() < np.abs(F).max():  # what was solved for stays as it is
+        if better or np.abs(_conditions(scene, field, y + step, units)[0]).max() < np.abs(F).max():  # what was solved for stays
             y = y + step
+            if not pressed and np.abs(step / units).max() > NEAR * largest:
+                y[ns:] = field.depths(y[:ns])[0]
         else:
             if not bool((np.abs(F) <= BALANCED * size).all()):
                 return None
             y[np.abs(y / units) <= CONVERGED * largest] = 0.0  # velocities, and what only rounding keeps from a surface at zero
-            return y
+            return y[:ns], y[ns:]
     return None
 
 
-def _conditions(scene: Scene, field: ModeField, y):
-    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow; its derivative by the
-    states, and the size of the terms; all in the units of the mode."""
-    ns, n, units = scene.ns, scene.n, field.units
+def _units(field: ModeField, y) -> np.ndarray:
+    """Return the units (ns + contacts,) of the unknowns: those of the mode, and for depths those in which walls are no steeper."""
+    return np.append(field.units, field.pace**2 / np.maximum(field.stiffening(y), field.pace**2))
+
+
+def _conditions(scene: Scene, field: ModeField, unknown, units):
+    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow, and what depths are
+    beside those of the coordinates; its derivative by ``unknown`` (ns + contacts,), states and depths, and the size of the terms;
+    all in ``units``."""
+    ns, n = scene.ns, scene.n
+    y, depths = unknown[:ns], unknown[ns:]
+    told, normals = field.press(y, depths)
     x = field.joined(y)
     rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
     for place, row in scene.algebraic(field.mode):
         rows = np.vstack([rows, np.eye(1, x.size, place) - row])
     curved = curved_rests(scene, field.mode, x)
-    F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved]])
-    J = np.vstack([field.jacobian(y), rows[:, :ns], *(slope[:ns] for _, slope in curved)]) * units
+    F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved], told - depths])
+    held = np.vstack([rows[:, :ns], *(slope[:ns] for _, slope in curved)])
+    J = np.vstack([field.apart(y), np.hstack([held, np.zeros((len(held), len(depths)))]),
+                   np.hstack([normals, -np.eye(len(depths))])]) * units
     T = field.tables
     rates = np.abs(T.A[field.mode]) @ np.abs(x)
     rates[n:2 * n] += np.abs(field.forces(y)) @ np.abs(T.LP[field.mode])
-    size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved))])
-    weight = np.append(units * field.pace, _heights(J[ns:]))
+    size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved)), np.abs(normals) @ np.abs(y)])
+    weight = np.append(units[:ns] * field.pace, _heights(J[ns:]))
     return F / weight, J / weight[:, None], np.full(size.size, max(float((size / weight).max()), 1e-300))
 
 
