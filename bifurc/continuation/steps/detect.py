@@ -19,12 +19,13 @@ from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
 from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
+from ..watching import bare
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
 from .inside import AT_BOUNDARY, beginning, ending, known_to
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
-from .tori import REAL, inner_change, next_to, pair_on_circle, passes
+from .tori import REAL, STABILITY, inner_change, next_to, on_circle, pair_on_circle, passes
 
 crosses = steplaw.crosses.py_func
 NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a boundary that it is linear there
@@ -497,7 +498,28 @@ def row_ahead(first):
 def place_error(part, c, root, j, curve=None) -> float:
     """Return the error of the place of a root of test ``j``, as part of the step: that of the search, and the rounding of the test
     over its slope, or to where a flat one is not clear."""
-    return flat_to(part, c, root, j, curve) or root.error + part.problem.test_uncertainty(c) / abs(root.slope)
+    return flat_to(part, c, root, j, curve) or root.error + rounding_error(part, c, root, j, curve)
+
+
+def rounding_error(part, c, root, j, curve=None) -> float:
+    """Return the part of the step by which the rounding that neighbours share moves the root of test ``j``.
+
+    Numbers of the user have units of their own: what is rounded is the solution.  Products over all multipliers, as of a chain of
+    masses, have any size: what is rounded is the multiplier that passes, and its slope counts.
+    """
+    problem, length = part.problem, 1.0 if curve is None else curve.length
+    rounded, of_problem = problem.test_uncertainty(c), len(bare(problem).monitors)
+    if not 0 < j <= of_problem or j in part.boundary or part.kinds[j] not in STABILITY or not rounded:
+        return rounded / (length if j > of_problem else abs(root.slope))
+    far, tests = min(ASIDE_STEP, NEAR_EDGE * length), []
+    for sign in (-1.0, 1.0):
+        beside = problem.correct(c.x + sign * far * problem.scale * c.tangent, c.tangent)
+        mu = on_circle(problem, part.kinds[j], beside.x) if beside.converged else None
+        if mu is None:
+            return root.error
+        tests.append(mu)
+    (below, _), (above, size) = tests
+    return rounded * (1.0 + size) * 2.0 * far / (max(abs(above - below), rounded) * length)
 
 
 def flat_to(part, c, root, j, curve=None) -> float:
@@ -508,7 +530,8 @@ def flat_to(part, c, root, j, curve=None) -> float:
     whose distances from the root are known better than its place: a test that is as large as its slope says on both sides, at two
     lengths, is none of the flat ones, however small.  Farther on it may jump.
     """
-    rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
+    slope = abs(root.slope)
+    rounded = slope * rounding_error(part, c, root, j, curve)
     known = root.error + rounded / slope
 
     def beside(aside):
