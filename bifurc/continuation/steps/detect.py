@@ -17,13 +17,14 @@ import numpy as np
 from ...lazy import Later
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
+from ...solve.zeros import SAFETY
 from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
 from ..watching import bare
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
 from .inside import AT_BOUNDARY, beginning, ending, known_to
-from .roots import PROBE, Root, bracketed, enclose, polish
+from .roots import PROBE, Root, bracketed, enclose, off_line, polish
 from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, STABILITY, inner_change, next_to, on_circle, pair_on_circle, passes
 
@@ -31,6 +32,7 @@ crosses = steplaw.crosses.py_func
 NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a boundary that it is linear there
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
+ASIDE_NOISE, NOISE_AT = 1e-6, (1.0, 2.4, 4.0)  # arclength, and its multiples, before a row, at which the noise of a test is looked up
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving, also where it jumps
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
@@ -280,6 +282,8 @@ def crossed(half, row, new, cut):
             continue
         if j and sign < 0 and part.monitors[j - 1].falling:
             continue
+        if j and part.problem.differenced and flat(half, b, j, a.tests[j], value):
+            continue
         if not a.tests[j] * sign > 0.0:
             a, b = earlier_pair(half, row, new, j, sign)
         if a.tests[j] != a.tests[j] or b.tests[j] != b.tests[j]:
@@ -311,6 +315,31 @@ def crossed(half, row, new, cut):
         found += torus(half, row, new, cut, found)
     found.sort(key=lambda special: special.s)
     return found, None
+
+
+def flat(half, row, j, *values) -> bool:
+    """Whether ``values`` of test ``j`` are no larger than its noise at a row, as of one that is zero all along a curve: from then
+    on values of that size have no sign.
+
+    Tests that are made of differences have more noise than the part of their largest value that is the rounding of others.
+    """
+    made = [tested(row, j, -place * ASIDE_NOISE) for place in NOISE_AT]
+    if None in made:
+        return False
+    noise = SAFETY * off_line((0.0, *NOISE_AT), [row.tests[j], *made])
+    if max(map(abs, values)) > noise:
+        return False
+    half.sizes[j], half.signs[j] = max(half.sizes[j], noise / MONITOR_BAND), 0
+    return True
+
+
+def tested(row, j, length):
+    """Return the value of test ``j`` at an arclength behind a row; None where there is none."""
+    try:
+        c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
+    except row.part.problem.errors:
+        return None
+    return tests_of(c)[j] if c.converged else None
 
 
 def one_with(special, edge, bound) -> bool:
@@ -643,6 +672,8 @@ def at_end(half, row):
                 return None
             return (tests_of(c)[j], c) if c.converged else None
 
+        if j and part.problem.differenced and flat(half, row, j, value, tested(row, j, ASIDE_STEP) or 0.0):
+            continue
         root = polish(test, 0.0, 0.0, None)
         if root is None:
             continue
@@ -659,8 +690,5 @@ def size_beside(half, row, j):
     """Size of test ``j`` as its slope at a first row says, whose own value may be a zero; 0 where there are other rows."""
     if len(half.rows) > 1 or half.sizes[j] > abs(row.tests[j]) or abs(row.tests[j]) > ASIDE_VALUE:
         return 0.0
-    try:
-        c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
-    except row.part.problem.errors:
-        return 0.0
-    return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0
+    aside = tested(row, j, ASIDE_STEP)
+    return 0.0 if aside is None else abs(aside - row.tests[j]) / ASIDE_STEP
