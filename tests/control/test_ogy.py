@@ -166,8 +166,8 @@ def test_the_sensitivity_is_exact_and_so_is_the_dead_beat_gain(orbit, phase, par
     (event,), period = orbit.events, orbit.forcing_period
     hit = event.time if event.time > phase * period else event.time + period
     with mp.workdps(40):
-        numbers, h = {name: mp.mpf(orbit.system.parameter(name)) for name in ("amplitude", "omega", "gap", "zeta", "restitution")}, \
-            mp.mpf(10)**-14
+        names, h = ("amplitude", "omega", "gap", "zeta", "restitution"), mp.mpf(10)**-14
+        numbers = {name: mp.mpf(orbit.system.parameter(name)) for name in names}
 
         def turned(z, **changed):
             return turned_exactly(z, phase, hit, **{**numbers, **changed})

@@ -1,7 +1,8 @@
 """Linear chains of unit masses that hit a rigid stop once a period, and where their multipliers pass the unit circle.
 
-Between impacts the motion is y_p + exp(A t) c, in closed form but for the instant of the impact, which Newton's method finds together
-with the parameter (S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983), 129-155; A. B. Nordmark, J. Sound Vib. 145 (1991), 279-297).
+Between impacts the motion is y_p + exp(A t) c, in closed form but for the instant of the impact, which Newton's method finds
+together with the parameter (S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983), 129-155; A. B. Nordmark, J. Sound Vib. 145
+(1991), 279-297).
 """
 import mpmath as mp
 import numpy as np

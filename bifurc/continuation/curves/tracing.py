@@ -24,7 +24,7 @@ from .unfolding import Unfolded, unfolded
 
 STILL = 1e-6  # both components of the unit tangent in the plane of the parameters at a cusp
 TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
-ASIDE, BROKEN = 1e-4, 1e-7  # scaled change of a second parameter, and of a distance along an orbit, that is no longer constant with it
+ASIDE, BROKEN = 1e-4, 1e-7  # scaled change of a second parameter; and of a distance along an orbit, which is not constant then
 APART = 1e-6  # by which a unit step along a curve of branch points may part the branches
 
 

@@ -32,7 +32,7 @@ crosses = steplaw.crosses.py_func
 NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a boundary that it is linear there
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
-ASIDE_NOISE, NOISE_AT = 1e-6, (1.0, 2.4, 4.0)  # arclength, and its multiples, before a row, at which the noise of a test is looked up
+ASIDE_NOISE, NOISE_AT = 1e-6, (1.0, 2.4, 4.0)  # arclength before a row, its multiples: there noise is looked up
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving, also where it jumps
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
@@ -510,7 +510,10 @@ def error_behind(special, bound, first) -> float:
     except part.problem.errors:
         return own
     apart = abs(float(root.point.x[-1] - special.x[-1]))
-    return min(own, apart + behind) if apart <= own + behind else apart + behind
+    known = min(own, apart + behind) if apart <= own + behind else apart + behind
+    # what neither side lists, as the last impacts of a complete chattering, both may not see
+    return max(known, *(problem.uncertainty(c.x, c.tangent) for problem, c in (
+        (special.part.problem, special.corrected), (part.problem, root.point))))
 
 
 def row_ahead(first):

@@ -219,7 +219,7 @@ def fitted(sample, middle: float, half: float, checks, degrees, noise):
 
 def slope(function, low: float, high: float, at: float) -> tuple:
     """Return the derivative of ``function(value)`` (ndarray), analytic in a parameter between two values, at one of them, and its
-    error: that of its Chebyshev series, of the degree that leaves least of what the last coefficients are, truncation or rounding."""
+    error: that of its Chebyshev series, of the degree whose last coefficients, truncation or rounding, leave least of it."""
     middle, half, best = 0.5 * (low + high), 0.5 * (high - low), (None, math.inf)
     for degree in DEGREES[1:-1]:
         angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)

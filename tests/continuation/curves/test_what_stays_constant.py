@@ -43,5 +43,6 @@ def test_an_extremum_at_the_bottom_of_a_curve_is_still_one():
     branch = bf.trace(bf.find_orbit(bf.systems.impact_oscillator(zeta=zeta, omega=0.9, amplitude=0.1)), "amplitude", (0.05, 0.4))
     curve = bf.trace_curve(branch.special_points.of("grazing")[0], ("amplitude", "omega"), {"omega": (0.8, 1.2)})
     turn, = curve.special_points.of("extremum")
-    assert turn.name == "amplitude" and turn.parameters["amplitude"] == pytest.approx(2.0 * zeta * np.sqrt(1.0 - zeta**2), rel=1e-12)
+    assert turn.name == "amplitude"
+    assert turn.parameters["amplitude"] == pytest.approx(2.0 * zeta * np.sqrt(1.0 - zeta**2), rel=1e-12)
     assert turn.parameters["omega"] == pytest.approx(np.sqrt(1.0 - 2.0 * zeta**2), abs=1e-7)

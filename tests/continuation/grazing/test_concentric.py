@@ -18,7 +18,8 @@ def touching(nu, zeta):
 
 def touch_of(kind, zeta=0.06):
     system, e = ROTORS[kind](nu=1.1, eccentricity=0.4 * touching(1.1, zeta), zeta=zeta), touching(1.1, zeta)
-    point, = bf.trace(bf.find_orbit(system), "eccentricity", (0.3 * e, 1.05 * e), 1, ds=0.1, max_steps=11).special_points.of("grazing")
+    branch = bf.trace(bf.find_orbit(system), "eccentricity", (0.3 * e, 1.05 * e), 1, ds=0.1, max_steps=11)
+    point, = branch.special_points.of("grazing")
     return point
 
 

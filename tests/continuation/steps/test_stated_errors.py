@@ -1,4 +1,4 @@
-"""The error that a special point states, of every kind, against closed forms: it holds the truth, and is not much more than that."""
+"""The error that a special point states, of every kind, against closed forms: it holds the truth, and is not much more."""
 import math
 
 import mpmath as mp
@@ -157,7 +157,8 @@ def test_bounces(unit):
     said(branch, "period_doubling", unit * mp.sqrt(born**2 + 4 * (1 + r**2)**2 / (1 + r)**4))
 
 
-@pytest.mark.parametrize(("static", "kinetic", "decay", "zeta"), [(1.0, 0.5, 0.5, 0.05), (1.3, 0.4, 0.7, 0.02), (0.8, 0.6, 0.3, 0.1)])
+@pytest.mark.parametrize(("static", "kinetic", "decay", "zeta"), [
+    (1.0, 0.5, 0.5, 0.05), (1.3, 0.4, 0.7, 0.02), (0.8, 0.6, 0.3, 0.1)])
 def test_hopf(static, kinetic, decay, zeta):
     truth = mp.mpf(decay) * mp.log((mp.mpf(static) - mp.mpf(kinetic)) / (2 * mp.mpf(zeta) * mp.mpf(decay)))
     system = bf.systems.belt_oscillator(zeta=zeta, belt_speed=1.7 * float(truth), static=static, kinetic=kinetic,
@@ -227,3 +228,19 @@ def test_tori_of_a_map():
         return np.array([a * z[0] * (1.0 - z[1]), z[0]])
     made = bf.continuation.maps.SmoothMap(step, 2, a=1.8).find(1, guess=(0.44, 0.44))
     said(bf.trace(made, "a", (1.5, 2.2)), "neimark_sacker", mp.mpf(2))
+
+
+@pytest.mark.parametrize(("start", "bounds"), [(0.581, (0.5801, 0.5841)), (0.5835, (0.5815, 0.5841))])
+def test_an_event_that_meets_the_end_of_a_chattering(start, bounds):
+    """A slider comes to rest before the 5th, 6th, 7th, ... impact of a chattering: the values at which it passes them fall
+    geometrically, and their limit is that of the end of all.  The impacts that are not listed end with the last that is."""
+    K = np.array([[2.73, -1.73], [-1.73, 2.73]])
+    system = bf.System(np.diag([1.0, 0.661]), 0.06 * K, K, [HarmonicForce(1.38), RigidStop(0.178, 0.174), Coulomb(0.123, dof=1)],
+                       omega=start)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds, ds=0.02)
+    points = sorted(branch.special_points.of("stick_onset"), key=lambda point: point.parameter)
+    *_, a, b, c, end = points
+    first, second = b.parameter - a.parameter, c.parameter - b.parameter
+    limit = c.parameter + second * second / (first - second)  # of Aitken
+    assert max(point.error for point in (a, b, c)) < 1e-10
+    assert abs(end.parameter - limit) <= end.error < 4.0 * abs(end.parameter - limit)
