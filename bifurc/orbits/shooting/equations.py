@@ -153,19 +153,19 @@ class Equations:
         the line on which they change is taken over the stretch that leaves least of its rounding, whether or not the parameter may
         go so far: a part that falls with the length, as long as the residual itself does not grow.
         """
-        line, best = self.path.line(float(x[-1])), (None, math.inf)
+        line, best, least = self.path.line(float(x[-1])), np.empty(0), math.inf
         other, far = self.on(line), line.high * LONGER**-LENGTHS
 
         def residual(distance):
             return other.residual(np.append(x[:-1], distance))
         for _ in range(LENGTHS + 1):
-            found = slope(residual, -far, far, 0.0)
-            if best[0] is None or found[1] < best[1]:
-                best = found
-            elif found[1] > GROWN * best[1]:
+            found, error = slope(residual, -far, far, 0.0)
+            if not best.size or error < least:
+                best, least = found, error
+            elif error > GROWN * least:
                 break
             far *= LONGER
-        return best[0]
+        return best
 
     def _assembled(self, x, J, C, want) -> np.ndarray:
         """Let `sequence.assemble` write; return the scaled residual."""

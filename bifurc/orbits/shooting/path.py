@@ -61,7 +61,7 @@ class ParameterPath:
         distance 0 from it: at most `FARTHEST` of the value, or until the frequency has lost half of itself."""
         middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
         z, columns = (value - middle) / half, self.series.T
-        here, rate = chebval(z, columns), chebval(z, chebder(columns)) / half
+        here, rate = np.asarray(chebval(z, columns)), np.asarray(chebval(z, chebder(columns))) / half
         far = FARTHEST * max(abs(value), half)
         if self.index[0] == 0 and rate[0]:
             far = min(far, 0.5 * abs(here[0] / rate[0]))
@@ -217,18 +217,18 @@ def fitted(sample, middle: float, half: float, checks, degrees, noise):
     return None
 
 
-def slope(function, low: float, high: float, at: float) -> tuple:
+def slope(function, low: float, high: float, at: float) -> tuple[np.ndarray, float]:
     """Return the derivative of ``function(value)`` (ndarray), analytic in a parameter between two values, at one of them, and its
     error: that of its Chebyshev series, of the degree whose last coefficients, truncation or rounding, leave least of it."""
-    middle, half, best = 0.5 * (low + high), 0.5 * (high - low), (None, math.inf)
+    middle, half, found, least = 0.5 * (low + high), 0.5 * (high - low), np.empty(0), math.inf
     for degree in DEGREES[1:-1]:
         angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
         values = np.array([function(middle + half * z) for z in np.cos(angle)])
         series = 2.0 / (degree + 1) * np.tensordot(np.cos(np.outer(np.arange(degree + 1), angle)), values, 1)
         error = max(np.abs(series[-3:]).max(initial=0.0), TOLERANCE * np.abs(values).max(initial=0.0)) * degree / half
-        if best[0] is None or error < best[1]:
-            best = chebval((at - middle) / half, chebder(series)) / half, error
-    return best
+        if not found.size or error < least:
+            found, least = np.asarray(chebval((at - middle) / half, chebder(series))) / half, error
+    return found, least
 
 
 def noise(sample, middle: float, half: float) -> np.ndarray:
