@@ -187,6 +187,7 @@ class Problem:
     exact_tangent = False  # whether the corrector's derivative in the parameter is exact to rounding, not a rough difference
     smooth_boundaries = False  # whether the equations are smooth across boundaries, at which only the order of events changes
     monitors_read_tangent = True  # whether `monitor_values` does
+    differenced = False  # whether monitors are made of differences, whose noise changes its sign where one is zero all along
     follows = False  # whether `follow` makes steps
     truncates = False  # whether its solutions are those of truncated equations, whose multipliers belong to the whole motion
     free = 0  # how many quantities no equation decides: what sticks all the time may stand anywhere in an interval

@@ -18,13 +18,13 @@ from ..continuation.shooting.problem import OrbitProblem, orbit_problem
 from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
 from ..orbits.orbit import PeriodicOrbit
+from ..orbits.shooting.path import slope
 from ..orbits.shooting.sequence import AFTER, BEFORE, ENDING, GUARD
 from ..orbits.shooting.signature import Signature, divided
 from .linearization import forced
 from .ogy_motion import simulated
 
 BESIDE = (0.1, 1e-3)  # of the parameter: range over which its effect on the numbers of the system is known
-STEP = 1e-6  # of the parameter: what memory follows is a simple function of it, and its difference good to 1e-10
 SINGULAR = 1e12  # condition number of the equations of an orbit, scaled
 UNSTABLE = 1.0 + 1e-8  # modulus
 DEAD = 1e-8  # modulus: what a period takes to the root of rounding, as sticking does, needs no control and allows none
@@ -198,7 +198,8 @@ def orbit_derivative(orbit: PeriodicOrbit, parameter: str, section: float) -> np
     rows = np.insert(rows, k, np.append(at, orbit._states(np.array([section]))[0]), axis=0)
     signature = Signature(nodes, np.insert(whole.fixed, k, at), whole.span)
     problem = _near(orbit, parameter, value).with_sequence(signature, np.append(rows.ravel(), value))
-    by_unknowns, by_parameter = problem.jacobian(rows.ravel(), value)
+    at = np.append(rows.ravel(), value)
+    by_unknowns, by_parameter = problem.equations.jacobian(at), problem.equations.by_parameter(at)
     scale = problem.scale[:-1]
     if not np.linalg.cond(by_unknowns * scale) < SINGULAR:
         raise ValueError(f"the orbit has no smooth branch in {parameter!r} at {value:g}: it lies on a special point")
@@ -223,13 +224,13 @@ def _shown(orbit: PeriodicOrbit, parameter: str, section: float, M: np.ndarray, 
     for place, row in following:
         R[place] = row[:ns]
     value, key, state = orbit.system.parameter(parameter), orbit.scene.keys[mode], orbit._states(np.array([section]))
-    path, step, seen = _near(orbit, parameter, value).path, STEP * (abs(value) or 1.0), []
-    sides = np.clip((value - step, value + step), path.low, path.high).tolist()
-    for there in sides:
-        scene = scene_of(orbit.system.with_parameters(**{parameter: there}))
+
+    def shown(there):
+        scene = scene_of(orbit.system.with_parameters(**{parameter: float(there)}))
         assert scene.period is not None  # the orbit is forced
-        seen.append(scene.shown(np.array([scene.keys.index(key)]), state, np.array([section * scene.period]))[0])
-    return R @ M, R @ g + (seen[1] - seen[0]) / (sides[1] - sides[0])
+        return scene.shown(np.array([scene.keys.index(key)]), state, np.array([section * scene.period]))[0]
+    path = _near(orbit, parameter, value).path
+    return R @ M, R @ g + slope(shown, path.low, path.high, value)[0]
 
 
 def _near(orbit: PeriodicOrbit, parameter: str, value: float) -> OrbitProblem:

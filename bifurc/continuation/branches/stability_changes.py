@@ -13,37 +13,16 @@ import numpy as np
 from ..kinds import SpecialPointKind
 from ..steps.branchpoint import locate_crossing
 from ..steps.rows import Curve
+from ..steps.tori import NOT_REAL, circling, passing
 from .special import SpecialPoint
 
 ON_CIRCLE = 1e-6  # distance of a located multiplier from the unit circle
 CLEAR = 1e-8  # a test that is nearer to zero has no sign: rounding of multipliers
-COMPLEX = 1e-6  # imaginary part of a multiplier that is not real
 NEAR_FOLD = 3  # rows: a multiplier passes +1 beside the fold of truncated equations, not in it
 STAYS = 0.2  # and farther where it stays as near to +1: in a fold as sharp as the truncation error rows are dense
 WIDTH = 1e-13  # of a step, to which a change is enclosed
 HALVINGS = 60
 REAL = ((SpecialPointKind.PERIOD_DOUBLING, -1.0), (SpecialPointKind.BRANCH_POINT, 1.0))
-
-
-def passing(mu, place: float) -> float:
-    """Return a test that changes its sign where a real multiplier passes ``place``: signed distance of the nearest."""
-    real = mu.real[np.abs(mu.imag) <= COMPLEX * (1.0 + np.abs(mu))] - place
-    if not real.size:
-        return 1.0
-    return float(np.abs(mu - place).min()) * (-1.0 if np.count_nonzero(real < 0.0) % 2 else 1.0)
-
-
-def circling(mu) -> float:
-    """Return a test that changes its sign where a complex pair passes the unit circle: signed least |1 - mu_i mu_j|, i < j.
-
-    It also does where two real multipliers become each other's inverse, which is no bifurcation.
-    """
-    i, j = np.triu_indices(len(mu), 1)
-    factors = 1.0 - mu[i] * mu[j]
-    if not factors.size:
-        return 1.0
-    real = factors.real[np.abs(factors.imag) <= 1e-12 * (1.0 + np.abs(factors))]
-    return float(np.abs(factors).min()) * (-1.0 if np.count_nonzero(real < 0.0) % 2 else 1.0)
 
 
 def stability_changes(branch, points) -> list:
@@ -158,5 +137,5 @@ def enclosed(problem, curve, test, fa, fb, kind):
 def confirmed(kind, mu) -> bool:
     """Whether multipliers at a located point are what its kind says, and not those on one side of a jump."""
     if kind is SpecialPointKind.NEIMARK_SACKER:
-        return bool(np.any((np.abs(mu.imag) > COMPLEX) & (np.abs(np.abs(mu) - 1.0) < ON_CIRCLE)))
+        return bool(np.any((np.abs(mu.imag) > NOT_REAL) & (np.abs(np.abs(mu) - 1.0) < ON_CIRCLE)))
     return bool(np.any(np.abs(mu - (1.0 if kind is SpecialPointKind.BRANCH_POINT else -1.0)) < ON_CIRCLE))

@@ -33,6 +33,8 @@ def watched(base, condition, kind):
 
     ``x`` (n + 1,) are unknowns and the first parameter; ``problem`` is that at the second.
     """
+    if isinstance(condition, Touching) and condition.constant:  # nothing tells one instant of the touch from another
+        return (), None
     if isinstance(condition, Touching):
         monitors = (Monitor(K.DEGENERATE_GRAZING, boundary=True), Monitor(K.DOUBLE_GRAZING, boundary=True),
                     Monitor(K.RESONANT_GRAZING, "fold"), Monitor(K.RESONANT_GRAZING, "flip"),

@@ -61,6 +61,7 @@ class CurveProblem(Problem):
         ``function(solution) -> float`` whose zero is followed, of a user's monitor.
     """
 
+    differenced = True
     _noisy = False
     _still = False  # nothing depends on the second parameter here: the measure has no slope whose noise could be searched
 

@@ -13,7 +13,7 @@ from ... import plotting
 from ..branches.branch import Branch
 from ..branches.special import SpecialPoint
 from ..families import family_of
-from ..grazing.following import touching
+from ..grazing.following import Touching, touching
 from ..kinds import SpecialPointKind
 from ..monitors import WithMonitors
 from ..shooting.completion import completion_near
@@ -24,6 +24,7 @@ from .unfolding import Unfolded, unfolded
 
 STILL = 1e-6  # both components of the unit tangent in the plane of the parameters at a cusp
 TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
+ASIDE, BROKEN = 1e-4, 1e-7  # scaled change of a second parameter; and of a distance along an orbit, which is not constant then
 APART = 1e-6  # by which a unit step along a curve of branch points may part the branches
 
 
@@ -170,6 +171,8 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     start = CurveProblem(family, kind, named, a, np.append(at, family.value), function)
     if isinstance(inner, Unfolded):
         kept_together(start)
+    if isinstance(start.condition, Touching) and start.condition.constant:
+        kept_concentric(start)
     made = trace(start, bounds=(low, high) if math.isfinite(low) or math.isfinite(high) else None, direction=direction, ds=ds,
                  ds_max=ds_max, ds_min=ds_min, max_steps=max_steps, stop=stop, record=record, progress=progress)
     return ParameterCurve(made.parameter, made.problems, made._arrays, made.special_points, made.ends, made.bounds,
@@ -184,6 +187,19 @@ def kept_together(start):
     if c.converged and abs(float(c.tangent[-3])) > APART:
         raise ValueError(f"this branch point cannot be followed in two parameters: {start.parameter} breaks it into two branches "
                          "that miss each other, so that it exists in isolated points only; follow a fold of either branch")
+
+
+def kept_concentric(start):
+    """Raise a `ValueError` where the second parameter breaks a touch that lasts all the time into one of an instant."""
+    tangent = np.zeros(start.x0.size)
+    tangent[-1] = 1.0
+    for sign in (1.0, -1.0):
+        problem = start.family.at(at := float(start.x0[-1] + sign * ASIDE * start.scale[-1]))
+        c = problem.correct(start.x0[:-1], tangent[1:], True)
+        if c.converged and start.condition.varies(problem, c.x) > BROKEN:
+            raise ValueError(f"this grazing cannot be followed in two parameters: the distance to the wall is constant along the "
+                             f"orbit, which touches it all the time, and {start.parameter} = {at:.6g} ends that; give the stator "
+                             "an offset on which the orbit touches at an instant, and follow the grazing there")
 
 
 def watching_function(problem, kind, name):

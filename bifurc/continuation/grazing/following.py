@@ -14,6 +14,8 @@ FAR = 5.0  # scaled depth below which no other maximum is looked for
 MAX_ITERATIONS = 40
 REMEMBERED = 8  # latest points of a curve
 BESIDE = 2e-3  # periods between the five accelerations of a top beside a law
+INSTANTS = 16  # of a period, at which a guard is looked up that may not change along it
+ALIKE = 1e-10  # scaled difference of a guard along an orbit that is none: so well a special point is known at least
 SYMMETRIC = 1e-12  # scaled rate of the guard at the zero of its third derivative
 
 
@@ -38,6 +40,24 @@ class Touching(Condition):
         self.mode, self.guard = int(item[1]), int(item[2])
         self.first = np.array(x, float), float(item[0])  # point (u, a) (n + 1,) of the curve, time of the touch (periods)
         self.latest: deque = deque(maxlen=REMEMBERED)
+        self.constant = self.varies(problem, x) <= ALIKE
+
+    def varies(self, problem, x) -> float:
+        """Return how much the guard varies along an orbit without events at ``x`` (n + 1,), scaled; infinite of others.
+
+        That of a rotor which circles round the centre of its stator does not: the whole circle touches at once, no instant is a
+        maximum, and every one tells the distance.
+        """
+        if problem.sequence.events:
+            return math.inf
+        span, tau = problem.sequence.span, self.first[1]
+        values = [self.there(problem, x, tau + span * k / INSTANTS) for k in range(INSTANTS)]
+        return (max(values) - min(values)) / self.size(problem, x, tau)
+
+    def there(self, problem, x, tau) -> float:
+        """Return the guard at ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
+        e, state = problem.equations, self.joined(problem, x, tau)
+        return float(e.kernel.guard_value(e.path.tables, self.mode, self.guard, state))
 
     def value(self, family, x) -> float:
         """Return the scaled maximum at ``x`` = (u, a, b) (n + 2,)."""
@@ -52,9 +72,7 @@ class Touching(Condition):
 
         def there(y):
             problem = family.at(float(y[-1]))
-            e, state = problem.equations, self.joined(problem, y[:-1], tau)
-            return float(e.kernel.guard_value(e.path.tables, self.mode, self.guard, state)) / guard_size(
-                e, e.path.tables, self.mode, self.guard, state)
+            return self.there(problem, y[:-1], tau) / self.size(problem, y[:-1], tau)
         gradient = np.array([difference(there, x, i, ALONG * family.scale[i]) for i in range(x.size)])
         return value, gradient
 
@@ -105,6 +123,8 @@ class Touching(Condition):
 
     def top(self, problem, x):
         """Return (scaled value, tau) of the stationary point of the guard that is followed, at ``x`` (n + 1,)."""
+        if self.constant:
+            return self.there(problem, x, self.first[1]) / self.size(problem, x, self.first[1]), self.first[1]
         T = problem.equations.numbers_at(x[-1])
         period, reach = 2.0 * np.pi / T.flat[0], float(T.step[self.mode])
         tau = min((self.first, *self.latest), key=lambda point: float(np.linalg.norm((x - point[0]) / problem.scale)))[1]

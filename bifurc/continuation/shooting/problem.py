@@ -54,6 +54,7 @@ STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: Co
 monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
 ROUNDING = 1e-10  # of the natural size of a parameter
+FIRST_ORDER = 2.0  # of what is told by a rate alone, how much there may be
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-12  # scaled speed or duration of a listed event, below which rounding decides even the signs of the multipliers
 MIRRORED = 1e-8  # scaled difference of half an orbit and the mirror image of the other half,
@@ -341,7 +342,8 @@ class OrbitProblem(Problem):
         beside = [c for sign in (-1.0, 1.0) if (c := self.correct(x + sign * AWAY * self.scale * tangent, tangent)).converged]
         rest = self._resting(x)[1]
         rate = max((abs((c.p - float(x[-1])) / (self._resting(c.x)[1] - rest)) for c in beside), default=0.0)
-        return rate * max(self._unlisted(at) for at in (x, *(c.x for c in beside)))  # where the two meet friction may seem to turn
+        # where the two meet friction may seem to turn; a rate beside tells the first order
+        return FIRST_ORDER * rate * max(self._unlisted(at) for at in (x, *(c.x for c in beside)))
 
     def blur(self, found: Corrected) -> float:
         """See `Problem.blur`: at a given arclength, by the rounding of the flow."""

@@ -17,19 +17,22 @@ import numpy as np
 from ...lazy import Later
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
+from ...solve.zeros import SAFETY
 from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
+from ..watching import bare
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
 from .inside import AT_BOUNDARY, beginning, ending, known_to
-from .roots import PROBE, Root, bracketed, enclose, polish
+from .roots import PROBE, Root, bracketed, enclose, off_line, polish
 from .rows import Curve, Part, Point, Row, tests_of
-from .tori import REAL, inner_change, next_to, pair_on_circle, passes
+from .tori import REAL, STABILITY, inner_change, next_to, on_circle, pair_on_circle, passes
 
 crosses = steplaw.crosses.py_func
 NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a boundary that it is linear there
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
+ASIDE_NOISE, NOISE_AT = 1e-6, (1.0, 2.4, 4.0)  # arclength before a row, its multiples: there noise is looked up
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving, also where it jumps
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
@@ -279,6 +282,8 @@ def crossed(half, row, new, cut):
             continue
         if j and sign < 0 and part.monitors[j - 1].falling:
             continue
+        if j and part.problem.differenced and flat(half, b, j, a.tests[j], value):
+            continue
         if not a.tests[j] * sign > 0.0:
             a, b = earlier_pair(half, row, new, j, sign)
         if a.tests[j] != a.tests[j] or b.tests[j] != b.tests[j]:
@@ -310,6 +315,31 @@ def crossed(half, row, new, cut):
         found += torus(half, row, new, cut, found)
     found.sort(key=lambda special: special.s)
     return found, None
+
+
+def flat(half, row, j, *values) -> bool:
+    """Whether ``values`` of test ``j`` are no larger than its noise at a row, as of one that is zero all along a curve: from then
+    on values of that size have no sign.
+
+    Tests that are made of differences have more noise than the part of their largest value that is the rounding of others.
+    """
+    made = [tested(row, j, -place * ASIDE_NOISE) for place in NOISE_AT]
+    if None in made:
+        return False
+    noise = SAFETY * off_line((0.0, *NOISE_AT), [row.tests[j], *made])
+    if max(map(abs, values)) > noise:
+        return False
+    half.sizes[j], half.signs[j] = max(half.sizes[j], noise / MONITOR_BAND), 0
+    return True
+
+
+def tested(row, j, length):
+    """Return the value of test ``j`` at an arclength behind a row; None where there is none."""
+    try:
+        c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
+    except row.part.problem.errors:
+        return None
+    return tests_of(c)[j] if c.converged else None
 
 
 def one_with(special, edge, bound) -> bool:
@@ -480,7 +510,10 @@ def error_behind(special, bound, first) -> float:
     except part.problem.errors:
         return own
     apart = abs(float(root.point.x[-1] - special.x[-1]))
-    return min(own, apart + behind) if apart <= own + behind else apart + behind
+    known = min(own, apart + behind) if apart <= own + behind else apart + behind
+    # what neither side lists, as the last impacts of a complete chattering, both may not see
+    return max(known, *(problem.uncertainty(c.x, c.tangent) for problem, c in (
+        (special.part.problem, special.corrected), (part.problem, root.point))))
 
 
 def row_ahead(first):
@@ -497,7 +530,28 @@ def row_ahead(first):
 def place_error(part, c, root, j, curve=None) -> float:
     """Return the error of the place of a root of test ``j``, as part of the step: that of the search, and the rounding of the test
     over its slope, or to where a flat one is not clear."""
-    return flat_to(part, c, root, j, curve) or root.error + part.problem.test_uncertainty(c) / abs(root.slope)
+    return flat_to(part, c, root, j, curve) or root.error + rounding_error(part, c, root, j, curve)
+
+
+def rounding_error(part, c, root, j, curve=None) -> float:
+    """Return the part of the step by which the rounding that neighbours share moves the root of test ``j``.
+
+    Numbers of the user have units of their own: what is rounded is the solution.  Products over all multipliers, as of a chain of
+    masses, have any size: what is rounded is the multiplier that passes, and its slope counts.
+    """
+    problem, length = part.problem, 1.0 if curve is None else curve.length
+    rounded, of_problem = problem.test_uncertainty(c), len(bare(problem).monitors)
+    if not 0 < j <= of_problem or j in part.boundary or part.kinds[j] not in STABILITY or not rounded:
+        return rounded / (length if j > of_problem else abs(root.slope))
+    far, tests = min(ASIDE_STEP, NEAR_EDGE * length), []
+    for sign in (-1.0, 1.0):
+        beside = problem.correct(c.x + sign * far * problem.scale * c.tangent, c.tangent)
+        mu = on_circle(problem, part.kinds[j], beside.x) if beside.converged else None
+        if mu is None:
+            return root.error
+        tests.append(mu)
+    (below, _), (above, size) = tests
+    return rounded * (1.0 + size) * 2.0 * far / (max(abs(above - below), rounded) * length)
 
 
 def flat_to(part, c, root, j, curve=None) -> float:
@@ -508,7 +562,8 @@ def flat_to(part, c, root, j, curve=None) -> float:
     whose distances from the root are known better than its place: a test that is as large as its slope says on both sides, at two
     lengths, is none of the flat ones, however small.  Farther on it may jump.
     """
-    rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
+    slope = abs(root.slope)
+    rounded = slope * rounding_error(part, c, root, j, curve)
     known = root.error + rounded / slope
 
     def beside(aside):
@@ -620,6 +675,8 @@ def at_end(half, row):
                 return None
             return (tests_of(c)[j], c) if c.converged else None
 
+        if j and part.problem.differenced and flat(half, row, j, value, tested(row, j, ASIDE_STEP) or 0.0):
+            continue
         root = polish(test, 0.0, 0.0, None)
         if root is None:
             continue
@@ -636,8 +693,5 @@ def size_beside(half, row, j):
     """Size of test ``j`` as its slope at a first row says, whose own value may be a zero; 0 where there are other rows."""
     if len(half.rows) > 1 or half.sizes[j] > abs(row.tests[j]) or abs(row.tests[j]) > ASIDE_VALUE:
         return 0.0
-    try:
-        c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
-    except row.part.problem.errors:
-        return 0.0
-    return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0
+    aside = tested(row, j, ASIDE_STEP)
+    return 0.0 if aside is None else abs(aside - row.tests[j]) / ASIDE_STEP

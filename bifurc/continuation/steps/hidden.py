@@ -95,7 +95,7 @@ def dip(half, row, new, cut=None):
         length = end.s - row.s
         if j < part.count:
             f0, a, b = before.tests[j], row.tests[j], end.tests[j]
-            if j in part.boundary and max(abs(f0), abs(a), abs(b)) <= rounding(half, j):
+            if max(abs(f0), abs(a), abs(b)) <= (rounding(half, j) if j in part.boundary else MONITOR_BAND * half.sizes[j]):
                 continue  # as of impacts without restitution
         else:  # the determinant
             f0, a, b = (r.det_sign * math.exp(min(r.det_log - before.det_log - rate * (r.s - before.s), 50.0))

@@ -18,6 +18,7 @@ PLACES = 16  # in a step, at most, at which a pair that may have passed the circ
 EDGE = 0.1  # of the part of a step, from its ends, next to which it is not looked
 ROUNDING, KNOWN = 1e-14, 0.1  # of the largest multiplier: error of all; up to which it makes no difference
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
+NOT_REAL = 1e-6  # the same as part of its size, where the tests of all rows are made
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
 STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multipliers pass the unit circle
 
@@ -112,6 +113,38 @@ def next_to(problem, point, x):
     away = np.abs(np.abs(here) - 1.0) if passing == 2 else np.abs(here - at)
     rest = int(np.count_nonzero(np.abs(here[np.argsort(away)[passing:]]) > 1.0))
     return int(np.count_nonzero(np.abs(there) > 1.0)) in (rest, rest + passing)
+
+
+def passing(mu, place: float) -> float:
+    """Return a test that changes its sign where a real multiplier passes ``place``: signed distance of the nearest."""
+    real = mu.real[np.abs(mu.imag) <= NOT_REAL * (1.0 + np.abs(mu))] - place
+    if not real.size:
+        return 1.0
+    return float(np.abs(mu - place).min()) * (-1.0 if np.count_nonzero(real < 0.0) % 2 else 1.0)
+
+
+def circling(mu) -> float:
+    """Return a test that changes its sign where a complex pair passes the unit circle: signed least |1 - mu_i mu_j|, i < j.
+
+    It also does where two real multipliers become each other's inverse, which is no bifurcation.
+    """
+    i, j = np.triu_indices(len(mu), 1)
+    factors = 1.0 - mu[i] * mu[j]
+    if not factors.size:
+        return 1.0
+    real = factors.real[np.abs(factors.imag) <= 1e-12 * (1.0 + np.abs(factors))]
+    return float(np.abs(factors).min()) * (-1.0 if np.count_nonzero(real < 0.0) % 2 else 1.0)
+
+
+def on_circle(problem, kind, x):
+    """Return the test of the multipliers at ``x`` (n + 1,) that is zero at a special point of a ``kind``, in their own size, and
+    the modulus of the largest; None where they are not known."""
+    half = problem.half_multipliers(x) if kind is SpecialPointKind.BRANCH_POINT else None  # of the mirrored half: -1 breaks it
+    mu = multipliers(problem, x) if half is None else half
+    if mu is None or not mu.size:
+        return None
+    test = circling(mu) if kind is SpecialPointKind.NEIMARK_SACKER else passing(mu, 1.0 if kind is SpecialPointKind.FOLD else -1.0)
+    return test, float(np.abs(mu).max())
 
 
 def multipliers(problem, x):

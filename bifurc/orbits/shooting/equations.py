@@ -1,6 +1,7 @@
 """Equations of one event signature along one parameter, and the compiled corrector on them."""
 import copy
 import dataclasses
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +13,12 @@ from ...compose.writer import kernels
 from ...solve.steprun import MADE, TOLD
 from ...solve.zeros import BOX
 from . import motion, sequence
-from .path import ParameterPath
+from .path import ParameterPath, slope
 from .signature import Signature, divided
 
 TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
 MAX_ITERATIONS = 14
+LONGER, LENGTHS, GROWN = 4.0, 9, 10.0  # stretches over which a derivative is taken, until its error is so much more than the least
 GROWTH = 4.0  # a branch is expected to reach a few times the amplitude at its start: unit of arclength in the states
 
 
@@ -143,6 +145,27 @@ class Equations:
             J[:, :C.shape[1] - 1] += (mu - 1.0) * C[:, :-1]
             J[:, 0] += C[:, -1]
         return J
+
+    def by_parameter(self, x) -> np.ndarray:
+        """Return the derivative (n,) of the scaled residual in the parameter at ``x`` (n + 1,), to rounding.
+
+        The numbers of the tables have series, with exact derivatives; the residual is analytic in them.  Its own series along
+        the line on which they change is taken over the stretch that leaves least of its rounding, whether or not the parameter may
+        go so far: a part that falls with the length, as long as the residual itself does not grow.
+        """
+        line, best, least = self.path.line(float(x[-1])), np.empty(0), math.inf
+        other, far = self.on(line), line.high * LONGER**-LENGTHS
+
+        def residual(distance):
+            return other.residual(np.append(x[:-1], distance))
+        for _ in range(LENGTHS + 1):
+            found, error = slope(residual, -far, far, 0.0)
+            if not best.size or error < least:
+                best, least = found, error
+            elif error > GROWN * least:
+                break
+            far *= LONGER
+        return best
 
     def _assembled(self, x, J, C, want) -> np.ndarray:
         """Let `sequence.assemble` write; return the scaled residual."""

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebder, chebval
 
 from ...compose.modal import give_modal
 from ...compose.scene import Scene
@@ -25,6 +26,7 @@ TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
 HALVINGS, LEAP = 40, 1e-3  # of the interval in which numbers leap; relative difference over what is left that is one
 KEPT = 16  # series kept for systems that differ in the value of their parameter only: the branches of one diagram
+FARTHEST = 10.0  # of a parameter, or of half the interval of its path: where a line through its numbers ends
 SHAKEN = 1e-9  # relative change of all numbers that shows how a solution depends on them: far above rounding, and still linear
 EVEN = (0.6180339887498949, 0.7548776662466927)  # steps of sequences that fill (0, 1) evenly
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
@@ -53,6 +55,17 @@ class ParameterPath:
     series: np.ndarray
     low: float
     high: float
+
+    def line(self, value: float) -> "ParameterPath":
+        """Return a path on which the numbers are those at a value of the parameter and change as they begin to there, over the
+        distance 0 from it: at most `FARTHEST` of the value, or until the frequency has lost half of itself."""
+        middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
+        z, columns = (value - middle) / half, self.series.T
+        here, rate = np.asarray(chebval(z, columns)), np.asarray(chebval(z, chebder(columns))) / half
+        far = FARTHEST * max(abs(value), half)
+        if self.index[0] == 0 and rate[0]:
+            far = min(far, 0.5 * abs(here[0] / rate[0]))
+        return dataclasses.replace(self, series=np.ascontiguousarray(np.stack([here, far * rate], 1)), low=-far, high=far)
 
     @functools.cached_property
     def _shaken(self) -> dict[tuple[int, int], "ParameterPath"]:
@@ -202,6 +215,20 @@ def fitted(sample, middle: float, half: float, checks, degrees, noise):
             used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
             return index, np.ascontiguousarray(series[:used].T)
     return None
+
+
+def slope(function, low: float, high: float, at: float) -> tuple[np.ndarray, float]:
+    """Return the derivative of ``function(value)`` (ndarray), analytic in a parameter between two values, at one of them, and its
+    error: that of its Chebyshev series, of the degree whose last coefficients, truncation or rounding, leave least of it."""
+    middle, half, found, least = 0.5 * (low + high), 0.5 * (high - low), np.empty(0), math.inf
+    for degree in DEGREES[1:-1]:
+        angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
+        values = np.array([function(middle + half * z) for z in np.cos(angle)])
+        series = 2.0 / (degree + 1) * np.tensordot(np.cos(np.outer(np.arange(degree + 1), angle)), values, 1)
+        error = max(np.abs(series[-3:]).max(initial=0.0), TOLERANCE * np.abs(values).max(initial=0.0)) * degree / half
+        if not found.size or error < least:
+            found, least = np.asarray(chebval((at - middle) / half, chebder(series))) / half, error
+    return found, least
 
 
 def noise(sample, middle: float, half: float) -> np.ndarray:
