@@ -13,6 +13,7 @@ import numpy as np
 from ..compose.tables import ORDER
 from ..compose.writer import kernels
 from ..elements import Circle, EventKind
+from .endless import lasting
 from .rule import NOISE
 from .scan import PENETRATION
 
@@ -38,13 +39,14 @@ class Rule:
         self.scene = scene
 
     def inside(self, m: int, g: int, x, scale=None) -> tuple[int, int]:
-        """Return sign of a guard just after ``x`` (0: zero forever) and the order of its zero at ``x``."""
-        return self._rule.inside(self.scene.tables, m, g, x, self.sizes(x) if scale is None else scale, np.empty(ORDER + 1))
+        """Return sign of a guard just after ``x`` (0: not told from zero) and the order of its zero at ``x``, see `rule.inside`."""
+        return self._rule.inside(self.scene.tables, m, g, x, self.sizes(m, x) if scale is None else scale, np.empty(ORDER + 1))
 
-    def sizes(self, x) -> np.ndarray:
-        """Return what the rounding of the entries of ``x`` (nx,) is measured by, see `rule.sizes`."""
+    def sizes(self, m: int, x) -> np.ndarray:
+        """Return what the rounding of the entries of ``x`` (nx,), where mode ``m`` has led, is measured by, see `rule.sizes`."""
         scale = np.empty(x.size)
         self._rule.sizes(self.scene.tables, x, scale)
+        self._rule.blur(self.scene.tables, m, x, scale)
         return scale
 
     def jump(self, m: int, g: int, x) -> tuple[np.ndarray, np.ndarray]:
@@ -126,13 +128,15 @@ def start(scene, x):
                 value, size = T.G[m, g] @ y, np.abs(T.G[m, g]) @ plain(y, scene.ns)
                 if NOISE * size < value <= PENETRATION * size:
                     y[:scene.ns] -= T.D[m, g] * value
-        why = rule.broken(m, y, rule.sizes(y))
+        why = rule.broken(m, y, rule.sizes(m, y))
         why += [("memory", e) for e in displaced(scene, m, y)]
         if not why:
             return m, y
         events = [w for w in why if w[0] == "guard" and w[2] > 0]
         if arriving is None and len(events) == len(why):
             arriving = m, y
+            if any(w[2] == 1 and _throws_back(scene, m, w[1]) for w in events):  # no other mode may start
+                break
         reasons.append(_say(scene, m, why))
         for w in why:
             if w[0] == "guard" and w[2] == 0 and T.kick[m, w[1]]:
@@ -143,6 +147,14 @@ def start(scene, x):
         raise Penetration(f"y0 lies {deepest[1]:.6g} beyond the stop {deepest[0]!r}; a start must be on the free side of "
                           "every rigid stop, or on it")
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
+
+
+def _throws_back(scene, m, g) -> bool:
+    """Whether an arrival at guard ``g`` of mode ``m`` with a speed leaves its element no other mode to start in: they hold its row."""
+    e = scene.guard(m, g).element
+    element = scene.system.elements[e]
+    return bool(scene.tables.kick[m, g]) and all(key == scene.keys[m][e] or element.mode(key, scene.system.core).hold
+                                                 for key in element.start)
 
 
 def displaced(scene, m, x, noise=NOISE) -> list[int]:
@@ -239,14 +251,14 @@ def decide(scene, m, g, x, arrive):
         y = rule.jumped(m, g, x, arrive)
         if value > PENETRATION * size:  # at once, by another's impact: nothing is to be put right
             y[:scene.ns] += value * T.D[m, g]
-    return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(x), rule.sizes(y)), x)
+    return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(m, x), rule.sizes(m, y)), x)
 
 
 def come_to_rest(scene, m, g, x, arrive):
-    """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that touch rest on each other.
+    """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that take part rest on each other.
 
-    Arguments as for `decide`, which is asked where nothing touches.  Every impulse acts along a contact, and in the end no
-    contact has a speed left: velocities are projected by inertia.  On a circle each impulse takes its share of friction along,
+    Arguments as for `decide`, which is asked where it is not shown that impacts never end (`bifurc.flow.endless`).  Every impulse
+    acts along a contact, and in the end none of these has a speed left: velocities are projected by inertia.  On a circle each impulse takes its share of friction along,
     against the sliding that is left in the end, or stops it.
 
     Raises
@@ -255,17 +267,20 @@ def come_to_rest(scene, m, g, x, arrive):
         When the contacts cannot rest together: something is caught between them.
     """
     rule, T = Rule(scene), scene.tables
-    touching = {}
-    for g in range(T.n_guards[m]):
-        guard = scene.guard(m, g)
-        value, size = _value(scene, m, g, x)
-        if guard.guard.accumulates is not None and abs(value) <= PENETRATION * size:
-            touching[guard.element] = guard.guard.accumulates[1]
-    if not touching:
+    meeting = []
+    for k in range(T.n_guards[m]):
+        value, size = _value(scene, m, k, x)
+        if scene.guard(m, k).guard.accumulates is not None and abs(value) <= PENETRATION * size:
+            meeting.append(k)
+    start = x
+    if not any(T.LG[m, k].any() for k in meeting):  # on circles friction has its part in the impacts: they are not written out
+        meeting, start = lasting(scene, m, x, meeting) if g in meeting else ([], x)
+    if not meeting:
         return decide(scene, m, g, x, arrive)
+    touching = {scene.guard(m, k).element: scene.guard(m, k).guard.accumulates[1] for k in meeting}
     for resting in _restings(scene, m, touching, x):
-        y, added = scene.put_to_rest(resting, x)
-        scale, sliding = np.maximum(np.maximum(rule.sizes(x), rule.sizes(y)), added), {*touching}
+        y, added = scene.put_to_rest(resting, start)
+        scale, sliding = np.maximum(np.maximum(rule.sizes(m, x), rule.sizes(m, y)), added), {*touching}
         for why, k, *_ in rule.broken(resting, y, scale):
             if why == "guard" and scene.event_kind(resting, k) == EventKind.STICK:
                 sliding.discard(scene.guard(resting, k).element)
