@@ -14,6 +14,7 @@ from ..compose.tables import ORDER
 from ..compose.writer import kernels
 from ..elements import Circle, EventKind
 from .endless import lasting
+from .laws.calls import KICKS, RESTS
 from .rule import NOISE
 from .scan import PENETRATION
 
@@ -258,7 +259,8 @@ def come_to_rest(scene, m, g, x, arrive):
     """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that take part rest on each other.
 
     Arguments as for `decide`, which is asked where it is not shown that impacts never end (`bifurc.flow.endless`).  Every impulse
-    acts along a contact, and in the end none of these has a speed left: velocities are projected by inertia.  On a circle each impulse takes its share of friction along,
+    acts along a contact, and in the end none of these has a speed left: velocities are projected by inertia.  Contacts that the
+    impacts drive apart are let go.  On a circle each impulse takes its share of friction along,
     against the sliding that is left in the end, or stops it.
 
     Raises
@@ -266,29 +268,49 @@ def come_to_rest(scene, m, g, x, arrive):
     Inconsistent
         When the contacts cannot rest together: something is caught between them.
     """
-    rule, T = Rule(scene), scene.tables
+    rule, free = Rule(scene), _let_go(scene, m)
+    T = scene.tables
     meeting = []
-    for k in range(T.n_guards[m]):
-        value, size = _value(scene, m, k, x)
-        if scene.guard(m, k).guard.accumulates is not None and abs(value) <= PENETRATION * size:
+    for k in range(T.n_guards[free]):
+        value, size = _value(scene, free, k, x)
+        if scene.guard(free, k).guard.accumulates is not None and abs(value) <= PENETRATION * size:
             meeting.append(k)
-    start = x
-    if not any(T.LG[m, k].any() for k in meeting):  # on circles friction has its part in the impacts: they are not written out
-        meeting, start = lasting(scene, m, x, meeting) if g in meeting else ([], x)
-    if not meeting:
-        return decide(scene, m, g, x, arrive)
-    touching = {scene.guard(m, k).element: scene.guard(m, k).guard.accumulates[1] for k in meeting}
-    for resting in _restings(scene, m, touching, x):
-        y, added = scene.put_to_rest(resting, start)
+    owners = [scene.guard(free, k).element for k in meeting]
+    first, base = x, m
+    ends = np.full(len(meeting), scene.guard(m, g).element in owners)
+    if T.stages[KICKS] != T.stages[RESTS]:  # with a law of impulses, as friction on a circle, they are not written out
+        ends &= bool((T.ratio[free, meeting] < 1.0).any())
+    elif ends.any():
+        ends, parted, first = lasting(scene, free, x, meeting)
+        base = scene.combined(m, {e: scene.keys[free][e] for e, away in zip(owners, parted, strict=True) if away})
+    if not ends.any():
+        if first is x:
+            return decide(scene, m, g, x, arrive)
+        return _follow(scene, rule, base, first, {}, np.maximum(rule.sizes(m, x), rule.sizes(m, first)), x)
+    touching = {e: scene.guard(free, k).guard.accumulates[1] for e, k, rests in zip(owners, meeting, ends, strict=True) if rests}
+    for resting in _restings(scene, base, touching, x):
+        y, added = scene.put_to_rest(resting, first)
         scale, sliding = np.maximum(np.maximum(rule.sizes(m, x), rule.sizes(m, y)), added), {*touching}
         for why, k, *_ in rule.broken(resting, y, scale):
             if why == "guard" and scene.event_kind(resting, k) == EventKind.STICK:
                 sliding.discard(scene.guard(resting, k).element)
         if len(sliding) == len(touching):
             return _follow(scene, rule, resting, y, {}, scale, x)
-    held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
+    held = {scene.hold_element(m, k) for k in range(scene.tables.n_holds[m])}
     names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
     raise Inconsistent(f"impacts follow each other without end: something is caught between {names}{_unsolved(scene)}")
+
+
+def _let_go(scene, m) -> int:
+    """Return the mode ``m`` with all contacts that rest free to strike again."""
+    changes = {}
+    for e in {scene.hold_element(m, k) for k in range(scene.tables.n_holds[m])}:
+        element, now = scene.system.elements[e], scene.keys[m][e]
+        for key in element.start:
+            if any(guard.accumulates is not None and guard.accumulates[1] == now
+                   for guard in element.mode(key, scene.system.core).guards):
+                changes[e] = key
+    return scene.combined(m, changes)
 
 
 def _unsolved(scene) -> str:
