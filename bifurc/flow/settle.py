@@ -341,6 +341,7 @@ def _follow(scene, rule, m, y, joined, scale, x):
     reasons: dict[int, str] = {}
     while True:
         missing: dict[int, None] = {}
+        striking: dict[int, None] = {}  # will fire by themselves: they join only where nothing else does
         later, waiting = [], []
         for mode in _combinations(scene, m, joined, further, x):
             z = y.copy()
@@ -353,15 +354,16 @@ def _follow(scene, rule, m, y, joined, scale, x):
                      for fire, w in zip(fires, why, strict=True)]
             if all(fires):
                 waiting.append((not all(kicks), mode, z))
-            for w in why:
+            for w, kick in zip(why, kicks, strict=True):
                 element = scene.guard(mode, w[1]).element if w[0] == "guard" else w[1]
                 if element not in joined:
-                    missing[element] = None
+                    (striking if kick else missing)[element] = None
                 elif w[0] == "guard" and w[2] > 0:
                     later += [(element, key) for key in scene.followers(mode, w[1], z)]
         at_once = [(mode, z) for others, mode, z in waiting if not others]
         if at_once:
             return at_once[0]
+        missing = missing or striking
         if not missing:
             later = [(element, key) for element, key in later if key not in further.get(element, {})]
             if not later:
