@@ -1,7 +1,7 @@
 """Impacts that follow each other at one instant: whether they are infinitely many, and what is left of them.
 
-Each impact is Newton's, of one contact; of several that close the first in the order of the elements comes first.  Some such sequences
-are infinite, as between three masses of which the middle one is thrown to and fro with little restitution; others only look so: a
+Each impact is Newton's, of one contact; of several that close the first in the order of the elements comes first.  Some such
+sequences are infinite, as between three masses of which the middle one is thrown to and fro with little restitution; others only look so: a
 row of balls passes a speed on by as many impacts as it likes.  So the sequence is written out, in the closing speeds alone.  Either
 no contact closes any more; or all that still meet do so with next to nothing of the first speed, as it is in a geometric sequence;
 or neither is seen, and nothing is concluded.  Where no impulses whatever would open all contacts something is caught between them.
@@ -25,8 +25,8 @@ def impacts(W, ratios, w, largest, sums, late):
     """Write out the impacts of contacts that close with the speeds ``w`` (k,), in place; return whether no contact closes any more.
 
     ``W`` (k, k): change of all speeds by the impact of a contact, its column, that changes its own by 1; ``ratios`` (k,) are the
-    restitutions.  Of several contacts that close the first comes first, or with ``largest`` the fastest.  ``sums`` (k,) receives how
-    much all impacts of each contact have changed its own speed, ``late`` (k,) whether its last impacts had next to no speed.
+    restitutions.  Of several contacts that close the first comes first, or with ``largest`` the fastest.  ``sums`` (k,) receives
+    how much all impacts of each contact have changed its own speed, ``late`` (k,) whether its last impacts had next to no speed.
     """
     first = np.abs(w).max()
     for _ in range(WRITTEN):
@@ -68,8 +68,8 @@ def lasting(scene, m, x, touching):
     """Return what becomes of the contacts of the guards ``touching`` of mode ``m`` at ``x`` (nx,): those whose impacts never end,
     those that part, and the state that finitely many impacts leave.
 
-    Without an infinite sequence the flights so low that rounding hides them have an end, and the state is ``x``, as where nothing is
-    shown.  All have where they can never open together.
+    Without an infinite sequence the flights so low that rounding hides them have an end, and the state is ``x``, as where nothing
+    is shown.  All have where they can never open together.
     """
     T = scene.tables
     B, rates, none = T.B[m, touching], T.GT[m, touching, :, 1], np.zeros(len(touching), bool)

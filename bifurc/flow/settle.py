@@ -151,7 +151,7 @@ def start(scene, x):
 
 
 def _throws_back(scene, m, g) -> bool:
-    """Whether an arrival at guard ``g`` of mode ``m`` with a speed leaves its element no other mode to start in: they hold its row."""
+    """Whether an arrival at guard ``g`` of mode ``m`` with a speed leaves its element no other start: those hold its row."""
     e = scene.guard(m, g).element
     element = scene.system.elements[e]
     return bool(scene.tables.kick[m, g]) and all(key == scene.keys[m][e] or element.mode(key, scene.system.core).hold

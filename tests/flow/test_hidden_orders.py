@@ -6,7 +6,9 @@ import pytest
 from scipy.optimize import brentq
 
 import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, RigidStop
+from bifurc.ensemble.integrator import Integrator
 
 OMEGA = 1.87
 
@@ -151,9 +153,6 @@ def test_a_motion_on_the_surface_may_be_begun_anew(share):
 
 def test_basins_begin_on_the_surface_as_motions_do():
     """Starts of a chain of three on its stop, carried by the integrators of many starts and by simulation."""
-    from bifurc.compose.scene import scene_of  # the integrator is not public
-    from bifurc.ensemble.integrator import Integrator
-
     for n in (3, 5, 9):
         system = chain(n, 1.5, RigidStop(gap=0.0, restitution=0.5), damping=0.1)
         starts = np.zeros((2, 2 * n))

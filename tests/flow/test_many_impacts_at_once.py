@@ -20,7 +20,8 @@ def contacts_of(n, restitutions, wall=None):
 
 def balls(masses, contacts):
     n = len(masses)
-    return bf.System(np.diag(masses), np.zeros((n, n)), np.zeros((n, n)), [RigidStop(gap=0.0, restitution=e, row=r) for r, e in contacts])
+    nothing = np.zeros((n, n))
+    return bf.System(np.diag(masses), nothing, nothing, [RigidStop(gap=0.0, restitution=e, row=r) for r, e in contacts])
 
 
 def sequential(masses, speeds, contacts):
@@ -45,7 +46,7 @@ def thrown(n, k=1):
 
 rng = np.random.default_rng(43)
 FINITE = {
-    **{f"{n} elastic": ([1.0] * n, thrown(n), contacts_of(n, [1.0] * (n - 1))) for n in (2, 13, 14, 26, 40)},
+    **{f"{n} elastic": ([1.0] * n, thrown(n), contacts_of(n, [1.0] * (n - 1))) for n in (2, 13, 14, 26)},
     "seven of twenty": ([1.0] * 20, thrown(20, 7), contacts_of(20, [1.0] * 19)),
     "nearly elastic": ([1.0] * 14, thrown(14), contacts_of(14, [0.99] * 13)),
     "other masses": (list(rng.integers(8, 33, 14) / 16.0), thrown(14), contacts_of(14, [1.0] * 13)),
@@ -66,6 +67,14 @@ def test_finitely_many_impacts_are_carried_out_each(case):
     np.testing.assert_allclose(motion.final[n:], expected, rtol=0, atol=1e-13)
     if case.endswith("elastic") and case[0].isdigit():  # the last ball leaves with the speed of the first
         assert motion.final[-1] == 1.0 and not motion.final[n:-1].any()
+
+
+@pytest.mark.slow
+def test_sixty_balls_of_which_twenty_are_thrown():
+    """Eight hundred impacts at one instant: as many balls leave as came."""
+    motion = bf.simulate(balls([1.0] * 60, contacts_of(60, [1.0] * 59)), [0.0] * 60 + thrown(60, 20), duration=1.0)
+    assert motion.success and len(motion.events) == 800
+    np.testing.assert_allclose(motion.final[60:], [0.0] * 40 + [1.0] * 20, atol=1e-13)
 
 
 def test_a_row_that_is_met_after_a_flight_passes_the_speeds_on():
@@ -122,6 +131,7 @@ def test_a_pressed_stack_still_comes_to_rest():
     """Flights that rounding hides are none: two masses fall on a wall, one on the other, and rest there."""
     loads = [ConstantForce(1.0), ConstantForce(1.5, dof=1)]
     stops = [RigidStop(gap=0.7, restitution=0.6), RigidStop(gap=0.3, restitution=0.2, row=(-1.0, 1.0))]
-    motion = bf.simulate(bf.System(np.diag([1.0, 1.5]), np.zeros((2, 2)), np.zeros((2, 2)), loads + stops), np.zeros(4), duration=20.0)
+    system = bf.System(np.diag([1.0, 1.5]), np.zeros((2, 2)), np.zeros((2, 2)), loads + stops)
+    motion = bf.simulate(system, np.zeros(4), duration=20.0)
     assert motion.success and motion.events[-1].mode_after[2:] == ("rest", "rest")
     np.testing.assert_allclose(motion.final, [0.7, 1.0, 0.0, 0.0], atol=1e-14)

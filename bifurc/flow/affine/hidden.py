@@ -3,8 +3,8 @@
 Far from what drives it, as at the other end of a chain of masses, a guard has a zero of any order: no coefficient of a series says
 that it stays zero.  It is proved to stay zero by structure only.  Else the motion is followed for some steps, with a bound on what
 rounding has added up in every state, until the guard is larger than that; exact zeros have no rounding, so that a wave that
-comes through a chain at rest is told by its sign however small it is.  What that leaves open is `HIDDEN`: the motion goes on, and the
-guard is looked at again after every step until it shows.
+comes through a chain at rest is told by its sign however small it is.  What that leaves open is `HIDDEN`: the motion goes on, and
+the guard is looked at again after every step until it shows.
 """
 import numpy as np
 

@@ -18,7 +18,7 @@ HIGHEST_ORDER = 5  # of a zero that the series tells
 
 @njit
 def inside(T, m, g, x, scale, a):
-    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero; order of its zero at ``x``, see `rule.inside`.
+    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero; order of its zero, see `rule.inside`.
 
     Where it has no value, as a force along a circle whose normal another contact holds, the mode cannot start: it is outside.
     """

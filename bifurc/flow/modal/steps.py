@@ -153,7 +153,7 @@ def blur_of(nx):
 
 @njit
 def quiet(T, m, level, a, noise):
-    """Return the longest level up to ``level`` on which a guard that rounding hides, with the series ``a``, stays within ``noise``."""
+    """Return the longest level up to ``level`` on which a hidden guard, with the series ``a``, stays within ``noise``."""
     while level > 0:
         top = 0.0
         for j in range(ORDER, 0, -1):
