@@ -1,10 +1,11 @@
 """Impacts that follow each other at one instant: whether they are infinitely many, and what is left of them.
 
 Each impact is Newton's, of one contact; of several that close the first in the order of the elements comes first.  Some such
-sequences are infinite, as between three masses of which the middle one is thrown to and fro with little restitution; others only look so: a
-row of balls passes a speed on by as many impacts as it likes.  So the sequence is written out, in the closing speeds alone.  Either
-no contact closes any more; or all that still meet do so with next to nothing of the first speed, as it is in a geometric sequence;
-or neither is seen, and nothing is concluded.  Where no impulses whatever would open all contacts something is caught between them.
+sequences are infinite, as between three masses of which the middle one is thrown to and fro with little restitution; others only
+look so: a row of balls passes a speed on by as many impacts as it likes.  So the sequence is written out, in the closing speeds
+alone.  Either no contact closes any more; or all that still meet do so with next to nothing of the first speed, as it is in a
+geometric sequence; or neither is seen, and nothing is concluded.  Where no impulses whatever would open all contacts something is
+caught between them.
 """
 import numpy as np
 from scipy.optimize import nnls
