@@ -10,9 +10,9 @@ caught between them.
 import numpy as np
 from scipy.optimize import nnls
 
-from .._jit import both
-from .affine.polynomial import EPS
-from .chatter import UNSEEN
+from ..._jit import both
+from ..chatter import UNSEEN
+from .polynomial import EPS
 
 WRITTEN = 1000000  # impacts that are written out, at most: a tenth of a second
 SPENT = 64.0 * EPS  # of the first closing speeds: what is left of an infinite sequence
