@@ -258,7 +258,7 @@ def decide(scene, m, g, x, arrive):
 def come_to_rest(scene, m, g, x, arrive):
     """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that take part rest on each other.
 
-    Arguments as for `decide`, which is asked where it is not shown that impacts never end (`bifurc.flow.affine.endless`).  Every impulse
+    Arguments as for `decide`, which is asked where it is not shown that impacts never end (`affine.endless`).  Every impulse
     acts along a contact, and in the end none of these has a speed left: velocities are projected by inertia.  Contacts that the
     impacts drive apart are let go.  On a circle each impulse takes its share of friction along,
     against the sliding that is left in the end, or stops it.
