@@ -48,7 +48,7 @@ class Engine(NamedTuple):
     modules: tuple[str, ...]  # their `ENGINE` names replace those of templates
 
 
-LAWS = Engine("laws", ("bifurc.flow.laws.engine", "bifurc.flow.laws.guards"))
+LAWS = Engine("laws", ("bifurc.flow.laws.engine", "bifurc.flow.laws.guards", "bifurc.flow.laws.hidden"))
 MODAL = Engine("modal", ("bifurc.flow.modal.engine",))
 _compiled: dict[tuple, tuple[int, ...]] = {}
 

@@ -11,6 +11,7 @@ import numpy as np
 from .._jit import FLAG, NOTHING, WHOLE, apart, both, leaf
 from ..compose.tables import ORDER
 from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
+from .affine.hidden import HIDDEN, blurred, followed
 from .affine.polynomial import EPS
 from .chatter import stilled, turned_back, undivided
 
@@ -79,8 +80,9 @@ def jumped(T, m, g, x, arrive, xp):
 
 @both
 def inside(T, m, g, x, scale, a):
-    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero forever; order of its zero at ``x``.
+    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero; order of its zero at ``x``.
 
+    Order ORDER: zero for as long as the mode lasts; above it the series does not tell the order, see `affine.hidden`.
     ``scale`` (nx,) see `sizes`, ``a`` (ORDER+1,) is room.
     """
     G, GT = T.G, T.GT
@@ -99,11 +101,15 @@ def inside(T, m, g, x, scale, a):
         size = 0.0
         for c in range(nx):
             size += abs(GT[m, g, c, j]) * scale[c]
-        if a[j] < -NOISE * size:
-            return -1, j
-        if a[j] > NOISE * size:
-            return 1, j
-    return 0, ORDER
+        if abs(a[j]) > NOISE * size:
+            return (-1 if a[j] < 0.0 else 1), (j if j < ORDER else HIDDEN)
+    return followed(T, m, g, x, scale)
+
+
+@both
+def blur(T, m, x, scale):
+    """Raise ``scale`` (nx,), see `sizes`, to what a flight in mode ``m`` adds up that led to ``x`` (nx,)."""
+    blurred(T, m, x, scale)
 
 
 @both

@@ -12,6 +12,7 @@ from .._jit import WHOLE as STATUS
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, leaves, terms_size
 from .affine.event_free import free_steps
+from .affine.hidden import HIDDEN, blurred, hidden
 from .affine.polynomial import EPS, first_zero, horner
 from .chatter import UNSEEN, closing, multiple
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
@@ -146,7 +147,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
         if not passed:  # the guards as polynomials: the first zero, or a touch before it
             hit = min(all_series(T, m, x, orders, series), left)
             for i in range(n_guards[m]):
-                if orders[i] == ORDER:  # zero for as long as the mode lasts
+                if orders[i] >= ORDER:  # zero for as long as the mode lasts, or as far as rounding can tell in this step
                     continue
                 if slopes[i] == slopes[i]:
                     series[i, 1] = slopes[i]
@@ -179,9 +180,11 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
             ints[COUNT] = 0
         if crossed or g >= 0:
             forcing(T, tau, x)
+        hides = False
         for i in range(n_guards[m]):
-            if orders[i] != ORDER:
-                orders[i] = 0
+            if orders[i] != ORDER:  # a zero is left when rounding hides it no longer
+                orders[i] = HIDDEN if orders[i] > 1 and hidden(T, m, i, x) else 0
+                hides = hides or orders[i] == HIDDEN
             slopes[i] = np.nan
         if what == GRAZE:
             orders[g] = 2
@@ -214,6 +217,8 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                 ints[LOW] = ints[LOW] + 1 if unseen else 0
                 floats[FLIGHT] = 0.0
             sizes(T, x, scale)
+            if hides:
+                blurred(T, m, x, scale)
             r = ratio[m, g]
             first = 0
             if kicked and ends_in[m, g] != -1 and 0.0 < r < 1.0:

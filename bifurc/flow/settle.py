@@ -13,6 +13,8 @@ import numpy as np
 from ..compose.tables import ORDER
 from ..compose.writer import kernels
 from ..elements import Circle, EventKind
+from .affine.endless import lasting
+from .laws.calls import KICKS, RESTS
 from .rule import NOISE
 from .scan import PENETRATION
 
@@ -38,19 +40,20 @@ class Rule:
         self.scene = scene
 
     def inside(self, m: int, g: int, x, scale=None) -> tuple[int, int]:
-        """Return sign of a guard just after ``x`` (0: zero forever) and the order of its zero at ``x``."""
-        return self._rule.inside(self.scene.tables, m, g, x, self.sizes(x) if scale is None else scale, np.empty(ORDER + 1))
+        """Return sign of a guard just after ``x`` (0: not told from zero) and the order of its zero at ``x``, see `rule.inside`."""
+        return self._rule.inside(self.scene.tables, m, g, x, self.sizes(m, x) if scale is None else scale, np.empty(ORDER + 1))
 
     def leaving(self, m: int, g: int, x) -> tuple[int, int, float]:
         """Return what `inside` does, and the rate with which the guard leaves a zero, where that is known; see `engine.leaves`."""
         a = np.empty(ORDER + 1)
-        sign, order = self._rule.inside(self.scene.tables, m, g, x, self.sizes(x), a)
+        sign, order = self._rule.inside(self.scene.tables, m, g, x, self.sizes(m, x), a)
         return sign, order, self._engine.leaves(order, a)
 
-    def sizes(self, x) -> np.ndarray:
-        """Return what the rounding of the entries of ``x`` (nx,) is measured by, see `rule.sizes`."""
+    def sizes(self, m: int, x) -> np.ndarray:
+        """Return what the rounding of the entries of ``x`` (nx,), where mode ``m`` has led, is measured by, see `rule.sizes`."""
         scale = np.empty(x.size)
         self._rule.sizes(self.scene.tables, x, scale)
+        self._rule.blur(self.scene.tables, m, x, scale)
         return scale
 
     def jump(self, m: int, g: int, x) -> tuple[np.ndarray, np.ndarray]:
@@ -147,13 +150,15 @@ def start(scene, x):
                     y[:scene.ns] -= direction * value
                     if T.kick[m, g]:  # whatever the mode
                         x[:scene.ns] -= direction * value
-        why = rule.broken(m, y, rule.sizes(y))
+        why = rule.broken(m, y, rule.sizes(m, y))
         why += [("memory", e) for e in displaced(scene, m, y)]
         if not why:
             return m, y
         events = [w for w in why if w[0] == "guard" and w[2] > 0]
         if arriving is None and len(events) == len(why):
             arriving = m, y
+            if any(w[2] == 1 and _throws_back(scene, m, w[1]) for w in events):  # no other mode may start
+                break
         reasons.append(_say(scene, m, why))
         for w in why:
             if w[0] == "guard" and w[2] == 0 and T.kick[m, w[1]]:
@@ -164,6 +169,14 @@ def start(scene, x):
         raise Penetration(f"y0 lies {deepest[1]:.6g} beyond the stop {deepest[0]!r}; a start must be on the free side of "
                           "every rigid stop, or on it")
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
+
+
+def _throws_back(scene, m, g) -> bool:
+    """Whether an arrival at guard ``g`` of mode ``m`` with a speed leaves its element no other start: those hold its row."""
+    e = scene.guard(m, g).element
+    element = scene.system.elements[e]
+    return bool(scene.tables.kick[m, g]) and all(key == scene.keys[m][e] or element.mode(key, scene.system.core).hold
+                                                 for key in element.start)
 
 
 def displaced(scene, m, x, noise=NOISE) -> list[int]:
@@ -260,14 +273,15 @@ def decide(scene, m, g, x, arrive):
         y = rule.jumped(m, g, x, arrive)
         if value > PENETRATION * size:  # at once, by another's impact: nothing is to be put right
             y[:scene.ns] += value * T.D[m, g]
-    return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(x), rule.sizes(y)), x)
+    return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(m, x), rule.sizes(m, y)), x)
 
 
 def come_to_rest(scene, m, g, x, arrive):
-    """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that touch rest on each other.
+    """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that take part rest on each other.
 
-    Arguments as for `decide`, which is asked where nothing touches.  Every impulse acts along a contact, and in the end no
-    contact has a speed left: velocities are projected by inertia.  On a circle each impulse takes its share of friction along,
+    Arguments as for `decide`, which is asked where it is not shown that impacts never end (`affine.endless`).  Every impulse
+    acts along a contact, and in the end none of these has a speed left: velocities are projected by inertia.  Contacts that the
+    impacts drive apart are let go.  On a circle each impulse takes its share of friction along,
     against the sliding that is left in the end, or stops it.
 
     Raises
@@ -275,26 +289,49 @@ def come_to_rest(scene, m, g, x, arrive):
     Inconsistent
         When the contacts cannot rest together: something is caught between them.
     """
-    rule, T = Rule(scene), scene.tables
-    touching = {}
-    for g in range(T.n_guards[m]):
-        guard = scene.guard(m, g)
-        value, size = _value(scene, m, g, x)
-        if guard.guard.accumulates is not None and abs(value) <= PENETRATION * size:
-            touching[guard.element] = guard.guard.accumulates[1]
-    if not touching:
-        return decide(scene, m, g, x, arrive)
-    for resting in _restings(scene, m, touching, x):
-        y, added = scene.put_to_rest(resting, x)
-        scale, sliding = np.maximum(np.maximum(rule.sizes(x), rule.sizes(y)), added), {*touching}
+    rule, free = Rule(scene), _let_go(scene, m)
+    T = scene.tables
+    meeting = []
+    for k in range(T.n_guards[free]):
+        value, size = _value(scene, free, k, x)
+        if scene.guard(free, k).guard.accumulates is not None and abs(value) <= PENETRATION * size:
+            meeting.append(k)
+    owners = [scene.guard(free, k).element for k in meeting]
+    first, base = x, m
+    ends = np.full(len(meeting), scene.guard(m, g).element in owners)
+    if T.stages[KICKS] != T.stages[RESTS]:  # with a law of impulses, as friction on a circle, they are not written out
+        ends &= bool((T.ratio[free, meeting] < 1.0).any())
+    elif ends.any():
+        ends, parted, first = lasting(scene, free, x, meeting)
+        base = scene.combined(m, {e: scene.keys[free][e] for e, away in zip(owners, parted, strict=True) if away})
+    if not ends.any():
+        if first is x:
+            return decide(scene, m, g, x, arrive)
+        return _follow(scene, rule, base, first, {}, np.maximum(rule.sizes(m, x), rule.sizes(m, first)), x)
+    touching = {e: scene.guard(free, k).guard.accumulates[1] for e, k, rests in zip(owners, meeting, ends, strict=True) if rests}
+    for resting in _restings(scene, base, touching, x):
+        y, added = scene.put_to_rest(resting, first)
+        scale, sliding = np.maximum(np.maximum(rule.sizes(m, x), rule.sizes(m, y)), added), {*touching}
         for why, k, *_ in rule.broken(resting, y, scale):
             if why == "guard" and scene.event_kind(resting, k) == EventKind.STICK:
                 sliding.discard(scene.guard(resting, k).element)
         if len(sliding) == len(touching):
             return _follow(scene, rule, resting, y, {}, scale, x)
-    held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
+    held = {scene.hold_element(m, k) for k in range(scene.tables.n_holds[m])}
     names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
     raise Inconsistent(f"impacts follow each other without end: something is caught between {names}{_unsolved(scene)}")
+
+
+def _let_go(scene, m) -> int:
+    """Return the mode ``m`` with all contacts that rest free to strike again."""
+    changes = {}
+    for e in {scene.hold_element(m, k) for k in range(scene.tables.n_holds[m])}:
+        element, now = scene.system.elements[e], scene.keys[m][e]
+        for key in element.start:
+            if any(guard.accumulates is not None and guard.accumulates[1] == now
+                   for guard in element.mode(key, scene.system.core).guards):
+                changes[e] = key
+    return scene.combined(m, changes)
 
 
 def _unsolved(scene) -> str:
@@ -325,6 +362,7 @@ def _follow(scene, rule, m, y, joined, scale, x):
     reasons: dict[int, str] = {}
     while True:
         missing: dict[int, None] = {}
+        striking: dict[int, None] = {}  # will fire by themselves: they join only where nothing else does
         later, waiting = [], []
         for mode in _combinations(scene, m, joined, further, x):
             z = y.copy()
@@ -337,15 +375,16 @@ def _follow(scene, rule, m, y, joined, scale, x):
                      for fire, w in zip(fires, why, strict=True)]
             if all(fires):
                 waiting.append((not all(kicks), mode, z))
-            for w in why:
+            for w, kick in zip(why, kicks, strict=True):
                 element = scene.guard(mode, w[1]).element if w[0] == "guard" else w[1]
                 if element not in joined:
-                    missing[element] = None
+                    (striking if kick else missing)[element] = None
                 elif w[0] == "guard" and w[2] > 0:
                     later += [(element, key) for key in scene.followers(mode, w[1], z)]
         at_once = [(mode, z) for others, mode, z in waiting if not others]
         if at_once:
             return at_once[0]
+        missing = missing or striking
         if not missing:
             later = [(element, key) for element, key in later if key not in further.get(element, {})]
             if not later:

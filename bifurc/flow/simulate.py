@@ -27,6 +27,7 @@ from .scan import (
     MODE,
     NEED,
     ORDERS,
+    PERIODS,
     SINCE,
     SLOPES,
     SPAN,
@@ -144,6 +145,11 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
             status = Status.TOO_MANY_EVENTS
             message = (f"{status.sentence} Element {scene.element_name(m, g)!r} at "
                        f"t = {ints[WHOLE] * period + floats[TAU]:.12g} fired event number {ints[COUNT]} of its period.")
+            n = int(ints[EVENTS])
+            at_once = int(np.sum((rows[:n, PERIODS] == ints[WHOLE]) & (record[:n, TIME] == floats[TAU])))
+            if at_once > INSTANTS:
+                message += (f" {at_once} of them are at this instant: impacts that follow each other and are not shown to be "
+                            "infinitely many; raise max_events.")
             break
         elif code == LOST:
             status, message = Status.DIVERGED, Status.DIVERGED.sentence
@@ -152,8 +158,8 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
             try:
                 endless = max(ints[INSTANT], ints[LOW]) > INSTANTS
                 follows = settle.come_to_rest if endless else settle.decide
-                if endless:
-                    ints[LOW] = 0
+                if endless:  # looked at again after as many more
+                    ints[INSTANT] = ints[LOW] = 0
                 new, z = follows(scene, m, g, x, floats[SINCE])
             except settle.Inconsistent as error:
                 status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"

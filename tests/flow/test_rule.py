@@ -196,7 +196,7 @@ def test_rest_is_told_by_the_rounding_of_the_terms():
     scene, rule = scene_of(system), Rule(scene_of(system))
     mode = scene.index(("always", "rest", "stick"))
     x = np.concatenate([[0.12, 0.3, 0.0, 0.0], scene.forcing(np.array([2.0]))[0]])
-    scale = rule.sizes(x)
+    scale = rule.sizes(mode, x)
     for speed, held in ((2e-17, True), (2e-12, False)):
         x[2] = speed
         assert (("hold", 1) in rule.broken(mode, x, scale)) is not held
@@ -213,7 +213,7 @@ def test_the_mode_after_an_event_may_start_there():
         assert first.mode_after == second.mode_before
     for event in motion.events:
         x = np.concatenate([event.after, scene.forcing(np.array([event.time]))[0]])
-        assert rule.broken(scene.index(event.mode_after), x, rule.sizes(x)) == []
+        assert rule.broken(scene.index(event.mode_after), x, rule.sizes(scene.index(event.mode_after), x)) == []
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.9])

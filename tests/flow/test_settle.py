@@ -102,7 +102,7 @@ def test_all_that_touch_come_to_rest_on_each_other():
     first, second = (next(g for g in range(T.n_guards[m]) if T.G[m, g, dof] != 0.0) for dof in (0, 1))
     for g, y, keys, touching in ((first, [0.4, 0.0, 1e-9, 0.5], ("rest", "free"), [0]),
                                  (second, [0.0, -0.7, 0.5, -1e-9], ("free", "rest"), [1]),
-                                 (first, [0.4, -0.7, 1e-9, 0.2], ("rest", "rest"), [0, 1])):
+                                 (first, [0.4, -0.7, 1e-9, 1e-9], ("rest", "rest"), [0, 1])):
         x = joined(scene, y)
         after, z = settle.come_to_rest(scene, m, g, x, 1e-9)
         assert scene.keys[after][2:] == keys and np.array_equal(z[:2], x[:2])
@@ -208,7 +208,7 @@ def test_reasons_name_the_element_and_what_it_forbids():
 
     def said(keys, q, v):
         m, x = scene.index(keys), np.array([*q, *v, 1.0])
-        return settle._say(scene, m, settle.Rule(scene).broken(m, x, settle.Rule(scene).sizes(x)))
+        return settle._say(scene, m, settle.Rule(scene).broken(m, x, settle.Rule(scene).sizes(m, x)))
     free, rest = ("free", "slip+"), ("rest", "slip+")
     assert said(free, (0.5, 0.0), (0.0, 1.0)) == f"{free}: stop is past its impact"
     assert said(free, (0.3, 0.0), (1.0, 1.0)) == f"{free}: stop is about to pass its impact"

@@ -46,7 +46,7 @@ from .calls import (
 from .engine import DEFECT, field, integrate, propagate
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 
-ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "free_steps", "inside",
+ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "free_steps",
           "bend", "curved_closure", "segment_peak", "land", "terms_size", "arrival", "leaves",
           "curved_jump", "curved_kick", "curved_rest", "curved_project", "curved_hold", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
@@ -57,7 +57,6 @@ WIDE = 8.0  # durations: on a step so long the third derivative of an interpolat
 SMALL = 0.05  # of the Taylor tables' step: shorter ones make the series of a law no better
 LANDINGS = 4  # Newton steps in time onto a guard that is a law
 PARTS = 8  # of a step, where its own control points lie outside a circle
-HIGHEST_ORDER = 5  # of a zero that is looked for
 
 
 @njit
@@ -633,22 +632,6 @@ def guard_terms(T, m, g, x, scale, a, size):
         size[j] = max(size[j], size[j - 1] / h)
     for j in range(exact + 1, ORDER + 1):
         size[j] *= FITTED
-
-
-@njit
-def inside(T, m, g, x, scale, a):
-    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero forever; order of its zero at ``x``.
-
-    Where it has no value, as a force along a circle whose normal another contact holds, the mode cannot start: it is outside.
-    """
-    size = np.empty(ORDER + 1)
-    guard_terms(T, m, g, x, scale, a, size)
-    for j in range(HIGHEST_ORDER + 1):
-        if a[j] < -ZERO * size[j]:
-            return -1, j
-        if a[j] > ZERO * size[j] or not np.isfinite(a[j]):
-            return 1, j
-    return 0, ORDER
 
 
 @njit

@@ -9,10 +9,11 @@ import numpy as np
 from ..._jit import both, njit
 from ..affine import engine as affine
 from ..affine import event_free, peak
-from .states import modal_arc, modal_reach, modal_state_series
+from ..affine import hidden as at_zero
+from .states import modal_arc, modal_blurred, modal_hidden, modal_reach, modal_state_series
 from .steps import modal_coast, modal_land, modal_peak, modal_series
 
-ENGINE = ("advance", "all_series", "arc", "propagate", "free_steps", "reach", "segment_peak", "state_series")
+ENGINE = ("advance", "all_series", "arc", "propagate", "free_steps", "reach", "segment_peak", "state_series", "hidden", "blurred")
 
 
 @njit
@@ -86,3 +87,16 @@ def segment_peak(T, m, g, x, s, closing, low):
     if is_modal(T, m):
         return modal_peak(T, m, g, x, s, closing, low)
     return peak.segment_peak(T, m, g, x, s, closing, low)
+
+
+@njit
+def hidden(T, m, g, x):
+    """Whether guard ``g`` of mode ``m`` is zero to rounding at ``x`` (nx,), where a step has led."""
+    return modal_hidden(T, m, g, x) if is_modal(T, m) else at_zero.hidden(T, m, g, x)
+
+
+@njit
+def blurred(T, m, x, scale):
+    """Raise ``scale`` (nx,), see `rule.sizes`, to what a flight in mode ``m`` adds up that led to ``x`` (nx,); exact zeros stay."""
+    if is_modal(T, m):
+        modal_blurred(T, m, x, scale)

@@ -3,7 +3,8 @@ import numpy as np
 
 from ..._jit import njit
 from ...compose.tables import ORDER
-from .steps import TRUNCATED, amplitudes, from_modal, level_of, slow, to_modal, turn
+from ..affine.hidden import ROUNDING
+from .steps import TRUNCATED, amplitudes, blur_of, from_modal, good_for, level_of, slow, to_modal, turn
 
 
 @njit
@@ -117,3 +118,30 @@ def modal_state_series(T, m, i, x, a):
             term[c] = total / (k + 1)
         for c in range(d):
             power[c] = term[c]
+
+
+@njit
+def modal_hidden(T, m, g, x):
+    """Whether guard ``g`` is zero to the rounding of the sum over the modes at ``x`` (nx,)."""
+    xi, size, value = np.empty(x.size), np.empty(x.size), 0.0
+    to_modal(T, m, x, xi)
+    amplitudes(T, m, xi, size)
+    for c in range(x.size):
+        value += T.G[m, g, c] * x[c]
+    return abs(value) <= blur_of(x.size) * good_for(T, m, g, size)[1]
+
+
+@njit
+def modal_blurred(T, m, x, scale):
+    """Raise ``scale`` (nx,) to the sums over the modes that states of ``x`` (nx,) are, but for those that are exactly zero."""
+    xi, size, p = np.empty(x.size), np.empty(x.size), T.blocks[m, 0]
+    to_modal(T, m, x, xi)
+    amplitudes(T, m, xi, size)
+    for i in range(T.A.shape[1]):
+        total = 0.0
+        for j in range(p):
+            total += np.hypot(T.V[m, i, 2 * j], T.V[m, i, 2 * j + 1]) * size[2 * j]
+        for c in range(2 * p, x.size):
+            total += abs(T.V[m, i, c]) * size[c]
+        if x[i] != 0.0:
+            scale[i] = max(scale[i], blur_of(x.size) / ROUNDING * total)

@@ -8,10 +8,12 @@ import numpy as np
 
 from ..._jit import njit
 from ...compose.tables import ORDER, TURN
+from ..affine.hidden import HIDDEN
 from ..affine.peak import zeros
 from ..affine.polynomial import EPS, first_zero, highest
 
 TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
+SUMMED = 16.0 * EPS  # of a sum over the modes, and of every mode in it: its coordinate, and the error of its eigenvalue with time
 
 
 @njit
@@ -144,6 +146,25 @@ def level_of(T, m, ratio):
 
 
 @njit
+def blur_of(nx):
+    """Return what part of the sum of its terms rounding leaves of a guard that is zero, after flights in ``nx`` coordinates."""
+    return SUMMED * nx
+
+
+@njit
+def quiet(T, m, level, a, noise):
+    """Return the longest level up to ``level`` on which a hidden guard, with the series ``a``, stays within ``noise``."""
+    while level > 0:
+        top = 0.0
+        for j in range(ORDER, 0, -1):
+            top = (top + abs(a[j])) * T.level[m, level]
+        if top <= noise:
+            break
+        level -= 1
+    return level
+
+
+@njit
 def modal_series(T, m, x, orders, a):
     """Write the series (guards, ORDER+1) of the guards with a zero of known order below ORDER; return their reach."""
     xi, size = np.empty(x.size), np.empty(x.size)
@@ -153,7 +174,10 @@ def modal_series(T, m, x, orders, a):
     for g in range(T.n_guards[m]):
         if orders[g] != ORDER:
             rows_series(T, m, g, xi, a[g])
-            level = min(level, good_for(T, m, g, size)[0])
+            found, terms = good_for(T, m, g, size)
+            level = min(level, found)
+            if orders[g] == HIDDEN:
+                level = quiet(T, m, level, a[g], blur_of(x.size) * terms)
     return T.level[m, level]
 
 
@@ -188,13 +212,19 @@ def modal_coast(T, m, x, limit, orders, slopes):
             found, terms = good_for(T, m, g, size)
             noise[g] = 4.0 * EPS * terms
             level = min(level, found)
+            if orders[g] == HIDDEN:
+                if abs(series[g, 0]) > blur_of(x.size) * terms:
+                    clear = False
+                level = quiet(T, m, level, series[g], blur_of(x.size) * terms)
             if fresh and slopes[g] == slopes[g]:
                 series[g, 1] = slopes[g]
+        if not clear:
+            break
         while T.level[m, level] > limit - done and level > 0:
             level -= 1
         s = T.level[m, level]
         for g in range(guards):
-            if orders[g] == ORDER:
+            if orders[g] >= ORDER:
                 continue
             low = orders[g] if fresh else 0
             top = 0.0
