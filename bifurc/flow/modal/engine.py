@@ -12,7 +12,7 @@ from ..affine import event_free, peak
 from .states import modal_arc, modal_reach, modal_state_series
 from .steps import modal_coast, modal_land, modal_peak, modal_series
 
-ENGINE = ("advance", "all_series", "arc", "propagate", "free_steps", "reach", "segment_peak", "state_series")
+ENGINE = ("advance", "all_series", "arc", "leap", "propagate", "free_steps", "reach", "segment_peak", "state_series")
 
 
 @njit
@@ -49,6 +49,12 @@ def arc(T, m, x, s, y1, Phi):
         modal_arc(T, m, x, s, y1, Phi)
     else:
         affine.arc(T, m, x, s, y1, Phi)
+
+
+@njit
+def leap(T, m):
+    """See `bifurc.flow.affine.engine.leap`: modal coordinates are known after any time."""
+    return np.inf if is_modal(T, m) else affine.leap(T, m)
 
 
 @njit
