@@ -287,8 +287,8 @@ def _undeclared(scene, m, joined) -> str:
     """Return what a message adds where an impact of an element fired whose guard does not say how infinitely many of them end."""
     names = {scene.element_name(m, g): None for guards in joined.values() for g in guards
              if scene.tables.kick[m, g] and scene.guard(m, g).guard.accumulates is None}
-    return "".join(f"; impacts of {name!r} that follow each other ever faster end in the mode that accumulates=(ratio, key) of their "
-                   "guard names, which is not given" for name in names)
+    return "".join(f"; impacts of {name!r} that follow each other ever faster end in the mode that accumulates=(ratio, key) of "
+                   "their guard names, which is not given" for name in names)
 
 
 def _restings(scene, m, touching, x):

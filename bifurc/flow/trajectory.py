@@ -196,8 +196,8 @@ class Trajectory(Notebook, Motion):
         return out.reshape(*times.shape, out.shape[1])
 
     def behind(self, t: np.ndarray, y: np.ndarray, spans: np.ndarray) -> np.ndarray:
-        """Return the states (k, ns) at ``spans`` (k,) after the times ``t`` (k,), at which the motion has the states ``y`` (k, ns), no
-        event being between: without going there from the beginning of a segment, which may be long."""
+        """Return the states (k, ns) at ``spans`` (k,) after the times ``t`` (k,), at which the motion has the states ``y`` (k, ns),
+        no event being between: without going there from the beginning of a segment, which may be long."""
         scene, R = scene_of(self.system), self.recorded
         modes = np.ascontiguousarray(R.rows[np.maximum(np.searchsorted(self._starts, t, side="right") - 1, 0), 2])
         out = np.empty_like(y)

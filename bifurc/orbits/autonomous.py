@@ -48,7 +48,7 @@ CLOSE = 0.05  # scaled distance of the settled motion from the orbit that is acc
 SHORTEST = 1e-2  # of the guess of the period: every state comes back after no time
 ASIDE = 1e-3  # of the size of the states: how far beside an unstable state of rest a search begins
 STILL = 1e-7  # of the size at the start: a motion that has become so small has come to rest
-LINEAR, ALIKE = 1e-2, 0.1  # of a state of rest: so near it is the one meant; a motion that dies out as its eigenvalue says, to a tenth
+LINEAR, ALIKE = 1e-2, 0.1  # of a state of rest: so near it is the one meant; a motion dies out as its eigenvalue says, to a tenth
 SAME = 1e-8  # scaled difference of repeated parts of an orbit
 
 

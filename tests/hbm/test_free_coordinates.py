@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import CubicSpring, ElasticStop, HarmonicForce
+from bifurc.elements import CubicSpring, ElasticStop, HarmonicForce, LinearSpring
 
 METHOD = bf.HarmonicBalance(harmonics=7)
 BETWEEN = (1.0, -1.0)
@@ -20,7 +20,8 @@ def test_a_loose_mass_without_a_spring_is_named():
 
 @pytest.mark.parametrize("guess", [None, (0.5, 0.1, 0.0, 0.0)])
 @pytest.mark.parametrize("contacts, stiffness, free", [
-    ([CubicSpring(1.0, row=BETWEEN)], 1.0, "q0 + q1"), (clearance(row=BETWEEN), 0.0, "q0"), ([CubicSpring(1.0, row=(1.0, -2.0))], 0.0, "q0 + 0.5 q1")])
+    ([CubicSpring(1.0, row=BETWEEN)], 1.0, "q0 + q1"), (clearance(row=BETWEEN), 0.0, "q0"),
+    ([LinearSpring(1.0, row=(1.0, -2.0)), CubicSpring(1.0, row=(1.0, -2.0))], 0.0, "q0 + 0.5 q1")])
 def test_free_inertias_are_named(guess, contacts, stiffness, free):
     """A mean along the null vector of every row stretches nothing."""
     coupling = np.array([[1.0, -1.0], [-1.0, 1.0]])

@@ -22,11 +22,14 @@ def test_a_linearisation_is_the_jacobian_of_the_system(scale):
 
 
 def test_a_mass_that_sticks_is_left_out_of_a_linearisation():
-    """What is left is the other mass, against the one that stands."""
+    """The one that stands may do so anywhere, and takes .3 of that along: what is left is across (1, .3), by k (-.3, 1)."""
     system = bf.System(np.diag([4.0, 2.0]), [[0.3, -0.1], [-0.1, 0.2]], [[200.0, -90.0], [-90.0, 300.0]], [Coulomb(1.0, dof=0)])
     rest = bf.find_equilibrium(system)
-    np.testing.assert_allclose(rest.linearisation, [[0.0, 1.0], [-150.0, -0.1]], rtol=1e-10, atol=1e-10)
-    np.testing.assert_allclose(rest.directions[[1, 3]], np.eye(2), atol=1e-10)
+    k = 1.0 / np.hypot(1.0, 0.3)
+    np.testing.assert_allclose(rest.linearisation, [[0.0, k], [-(0.3 * 90.0 + 300.0) * k / 2.0, -0.1]], rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(rest.directions.T, [[-0.3 * k, k, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]], atol=1e-10)
+    alone = np.sort_complex(np.roots([2.0, 0.2, 300.0]))
+    np.testing.assert_allclose(np.sort_complex(rest.eigenvalues), alone, rtol=1e-10)
 
 
 @pytest.mark.parametrize("speed, static", [(0.3, 1.0), (0.5, 0.7)])

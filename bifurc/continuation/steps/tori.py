@@ -53,7 +53,8 @@ def passes(part, a, b, found, t=1.0, x=None) -> bool | None:
     first, last, length = outside(part.problem, a.x), outside(part.problem, b.x if x is None else x), b.s - a.s
     if first is None or last is None or not length > 0.0:
         return None
-    return max(last[0] - first[1], first[0] - last[1]) > sum(0.0 < (point.s - a.s) / length < t for point in found if point.kind in REAL)
+    sure = max(last[0] - first[1], first[0] - last[1])
+    return sure > sum(0.0 < (point.s - a.s) / length < t for point in found if point.kind in REAL)
 
 
 def inner_change(part, a, b):

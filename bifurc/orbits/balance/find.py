@@ -139,7 +139,8 @@ def _loose(balance: Balance, motions) -> str:
     for row in null:
         row = row / row[int(np.argmax(np.abs(row) > 0.5 * np.abs(row).max()))]
         parts = [(value, k) for k, value in enumerate(row) if abs(value) > LOOSE * np.abs(row).max()]
-        words = [f"{'-' if value < 0.0 else '+'} {'' if abs(abs(value) - 1.0) < 1e-9 else f'{abs(value):.4g} '}q{k}" for value, k in parts]
+        words = [f"{'-' if value < 0.0 else '+'} {'' if abs(abs(value) - 1.0) < LOOSE else f'{abs(value):.4g} '}q{k}"
+                 for value, k in parts]
         named.append(" ".join(words).removeprefix("+ "))
     return ", ".join(named)
 

@@ -178,8 +178,8 @@ class Equilibrium(Notebook, Motion):
 
     @functools.cached_property
     def linearisation(self) -> np.ndarray:
-        """Matrix A (k, k) of small motions c' = A c that the mode allows, modulo the continuum, in the units of the system: the state
-        is ``state + directions @ c``.  Where nothing is held it is the derivative of (velocities, accelerations, rates of
+        """Matrix A (k, k) of small motions c' = A c that the mode allows, modulo the continuum, in the units of the system: the
+        state is ``state + directions @ c``.  Where nothing is held it is the derivative of (velocities, accelerations, rates of
         memory) by the state."""
         A, Z, read = self._small
         B = self.directions
