@@ -1,12 +1,13 @@
 """Searches without a clock tell rest from motion: where the motion goes decides, not on what Newton's method comes out."""
 import math
+import time
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import bifurc as bf
-from bifurc.elements import ConstantForce, CubicSpring, ElasticStator
+from bifurc.elements import ConstantForce, CubicSpring, ElasticStator, ElasticStop, HarmonicForce, RigidStop
 
 
 def whirling(coupling, stiffness=20.0, friction=0.05):
@@ -88,3 +89,20 @@ def test_any_number_of_periods_is_looked_for(periods):
     found = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), periods=periods)
     assert found.success and found.periods == 1
     np.testing.assert_allclose(bf.simulate(found.system, found.state, periods=periods).final, found.state, atol=1e-9)
+
+
+@pytest.mark.parametrize("omega, damping, restitution, gaps, force, driven, stopped", [
+    (0.7546582253801896, 0.002, 0.95, (-0.1, 0.1), 3.0, 1, 0), (0.2604376612007703, 0.0, 0.3, (0.5, 0.5), 3.0, 0, 1)])
+def test_long_sequences_of_three_masses_between_stops_take_no_minutes(omega, damping, restitution, gaps, force, driven, stopped):
+    """Newton's method on thousands of unknowns waits until the motion comes back; what is found comes back in a simulation."""
+    K = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    system = bf.System(np.eye(3), damping * K, K, [
+        HarmonicForce(force, dof=driven), RigidStop(gaps[0], restitution, dof=stopped),
+        ElasticStop(gaps[1], 50.0, side=-1, dof=stopped)], omega=omega)
+    bf.find_orbit(system, transient=40)  # compiles
+    clock = time.thread_time()
+    found = bf.find_orbit(system)
+    assert time.thread_time() - clock < 20.0
+    assert found.success or found.status == "not_found"
+    if found.success:
+        np.testing.assert_allclose(bf.simulate(system, found.state, periods=found.periods).final, found.state, atol=1e-6)
