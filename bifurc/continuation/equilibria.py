@@ -219,7 +219,7 @@ class EquilibriumProblem(Problem):
     def frequency(self, x) -> float:
         """Return the imaginary part of the pair of eigenvalues nearest to the imaginary axis at ``x``."""
         self.numbers_at(x[-1])
-        return critical_pair(self._equilibrium(x[:-1]).linearisation)[0]
+        return critical_pair(self._equilibrium(x[:-1])._small[0])[0]
 
     def _equilibrium(self, u) -> Equilibrium:
         """Return the equilibrium of the unknowns with the numbers that are in the tables now."""

@@ -262,7 +262,7 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     ground = stored(system, rest.state)
     if not energy > ground:
         raise ValueError(f"energy = {energy!r} is not allowed; it must be above that of rest, {ground:.6g}")
-    values, vectors = np.linalg.eig(rest.linearisation)
+    values, vectors = np.linalg.eig(rest._small[0])
     order = [k for k in np.argsort(values.imag) if values[k].imag > 0.0]
     if not mode < len(order):
         raise ValueError(f"mode = {mode!r} is not allowed; about the state of rest there are {len(order)} that oscillate")

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN
@@ -12,6 +11,8 @@ from ..flow.trajectory import Trajectory
 from .grid import _named, _number, place_of
 
 PER_TURN = 32  # looks at the motion in a period of the fastest oscillation
+HALVINGS = 100  # of an interval at most, to rounding
+EPS = float(np.finfo(float).eps)
 ON = 1e-11  # of the largest value of the component: as near the motion lies in the section, and has not passed it
 
 
@@ -81,22 +82,49 @@ class Section:
         told = np.flatnonzero(sign)
         rise = np.diff(sign[told])
         passed = np.flatnonzero(rise * self.direction > 0.0 if self.direction else rise)
-        found = [self._at(motion, t, y, place, int(told[i]), int(told[i + 1])) for i in passed]
-        return np.array([item[0] for item in found]), np.array([item[1] for item in found]).reshape(-1, scene.ns)
+        before, after = told[passed], told[passed + 1]
+        jumps = t[after] <= t[before]
+        at = np.where(jumps, before, before + 1)  # the state before a jump; else it lies in the section from there on
+        times, states = t[at], y[at]
+        arcs = np.flatnonzero((after == before + 1) & ~jumps)
+        if arcs.size:
+            first, last = before[arcs], after[arcs]
 
-    def _at(self, motion: Callable, t: np.ndarray, y: np.ndarray, place: int, i: int, j: int) -> tuple[float, np.ndarray]:
-        """Return time and state of a crossing between the looks ``i`` and ``j``, which lie on its two sides."""
-        if j > i + 1:
-            return float(t[i + 1]), y[i + 1]  # it lies in the section from there on
-        if t[j] <= t[i]:
-            return float(t[i]), y[i]  # a jump
+            def later(spans):
+                return motion.behind(t[first], y[first], spans)
 
-        def away(s: float) -> float:
-            return float((y[i] if s <= t[i] else y[j] if s >= t[j] else motion(s))[place]) - self.value
-
-        at = brentq(away, t[i], t[j], xtol=1e-15, rtol=1e-14)
-        return at, y[j] if at >= t[j] else motion(at)
+            spans = roots(lambda s: later(s)[:, place] - self.value, t[last] - t[first], away[first], away[last])
+            times[arcs], states[arcs] = t[first] + spans, later(spans)
+        return times, states
 
     def to_record(self) -> dict:
         """Return the section as JSON knows it."""
         return {"coordinate": self.coordinate, "value": self.value, "direction": self.direction}
+
+
+def roots(f: Callable[[np.ndarray], np.ndarray], length: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Return zeros (k,) of ``f(s)`` (k,), each between 0 and ``length`` (k,), where it is ``first`` and ``last`` of opposite signs.
+
+    All at once, by Chandrupatla (1997): a bisection, or a parabola through the last three points where that is steep enough.
+    """
+    a, b, fa, fb = np.zeros_like(length), length.copy(), first.copy(), last.copy()
+    c, fc, t = a.copy(), fa.copy(), np.full(len(a), 0.5)
+    for _ in range(HALVINGS):
+        s = a + t * (b - a)
+        fs = f(s)
+        kept = np.sign(fs) == np.sign(fa)
+        c, fc = np.where(kept, a, b), np.where(kept, fa, fb)
+        b, fb = np.where(kept, b, a), np.where(kept, fb, fa)
+        a, fa = s, fs
+        best = np.where(np.abs(fa) < np.abs(fb), a, b)
+        width = np.abs(b - a)
+        least = 2.0 * EPS * length / np.maximum(width, 1e-300)
+        done = (least > 0.5) | (fa == 0.0) | (fb == 0.0)
+        if done.all():
+            break
+        with np.errstate(all="ignore"):
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+            t = np.where((phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi) & np.isfinite(t), t, 0.5)
+        t = np.where(done, 0.0, np.clip(t, np.minimum(least, 0.5), np.maximum(1.0 - least, 0.5)))
+    return best

@@ -2,7 +2,7 @@
 import numpy as np
 
 from .._jit import njit
-from .affine.engine import FAR, advance, forcing
+from .affine.engine import advance, forcing, leap
 
 
 @njit
@@ -22,10 +22,10 @@ def sample(T, modes, starts, states, index, spans, out):
             for c in range(ns):
                 x[c] = states[k, c]
             forcing(T, starts[k], x)
-        leap = FAR * T.step[modes[k]]
-        while spans[i] - mark > 2.0 * leap:
-            advance(T, modes[k], x, leap, y1)
-            mark += leap
+        far = leap(T, modes[k])
+        while spans[i] - mark > 2.0 * far:
+            advance(T, modes[k], x, far, y1)
+            mark += far
             for c in range(ns):
                 x[c] = y1[c]
             forcing(T, starts[k] + mark, x)

@@ -341,6 +341,14 @@ def _unsolved(scene) -> str:
                       "make one of them an ElasticStator")
 
 
+def _undeclared(scene, m, joined) -> str:
+    """Return what a message adds where an impact of an element fired whose guard does not say how infinitely many of them end."""
+    names = {scene.element_name(m, g): None for guards in joined.values() for g in guards
+             if scene.tables.kick[m, g] and scene.guard(m, g).guard.accumulates is None}
+    return "".join(f"; impacts of {name!r} that follow each other ever faster end in the mode that accumulates=(ratio, key) of "
+                   "their guard names, which is not given" for name in names)
+
+
 def _restings(scene, m, touching, x):
     """Yield the modes in which all that touches rests: on a circle it slides either way, or rolls."""
     ways = [[key for g in scene.guards_of(m, e) for key in scene.followers(m, g, x)
@@ -391,7 +399,7 @@ def _follow(scene, rule, m, y, joined, scale, x):
                 if waiting:
                     return waiting[0][1:]
                 raise Inconsistent("no combination of modes may follow this event: "
-                                   + "; ".join(reasons.values()) + _unsolved(scene))
+                                   + "; ".join(reasons.values()) + _undeclared(scene, m, joined) + _unsolved(scene))
             for element, key in later:
                 further.setdefault(element, {})[key] = None
         for element in missing:

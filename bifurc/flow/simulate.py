@@ -40,7 +40,9 @@ from .scan import (
 from .status import Status
 from .trajectory import Recorded, Trajectory
 
-ROWS = 1024  # of the first record; doubled while it is full
+ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; and of what is added to it at most
+# a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
+WORK, LAW_STEPS = 2e7, 5000.0
 
 
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
@@ -126,15 +128,18 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     record = np.zeros((ROWS, STATE + 2 * scene.ns))
     status, message = Status.COMPLETED, Status.COMPLETED.sentence
     while True:
-        code = engine.run(T, ints, floats, x, end[0], end[1], max_events, rows, record)
+        stop = _slice(scene, T, ints, floats, end, period)
+        code = engine.run(T, ints, floats, x, *stop, max_events, rows, record)
+        if code == DONE and stop != end and (np.abs(x) < BOUND).all():
+            continue
         if code == DONE:
             if not (np.abs(x) < BOUND).all():  # whole steps without an event look at no state
                 status, message = Status.DIVERGED, Status.DIVERGED.sentence
             break
         m, g = int(ints[MODE]), int(ints[AT_GUARD])
         if code == FULL:
-            rows = np.concatenate((rows, np.zeros_like(rows)))
-            record = np.concatenate((record, np.zeros_like(record)))
+            rows = np.concatenate((rows, np.zeros_like(rows[:MOST_ROWS])))
+            record = np.concatenate((record, np.zeros_like(record[:MOST_ROWS])))
         elif code == NEED:
             T = scene.expand(int(ints[LACKS]), g)
             _paced(scene, given)
@@ -190,6 +195,17 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     final = x[None, :scene.ns].copy()
     scene.show(int(ints[MODE]), final, floats[TAU:TAU + 1])
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
+
+
+def _slice(scene, T, ints, floats, end, period: float):
+    """Return the end of the next compiled call, whole periods and the rest; ``end`` where there is no more work than one may do."""
+    span = (LAW_STEPS if scene.laws else WORK / T.A[0].size) * float(T.step[ints[MODE]])
+    whole, tau = int(ints[WHOLE]), float(floats[TAU])
+    left = (end[0] - whole) * period + end[1] - tau if end[0] != whole else end[1] - tau
+    if left <= 1.5 * span or tau + span <= tau:
+        return end
+    over = int((tau + span) // period) if period < np.inf and period > 0.0 else 0
+    return (whole + over, max(tau + span - over * period, 0.0))
 
 
 def _paced(scene, x: np.ndarray) -> None:

@@ -199,6 +199,15 @@ class Trajectory(Content, Notebook, Motion):
         out = scene.shown(R.rows[index, 2], out, flat)
         return out.reshape(*times.shape, out.shape[1])
 
+    def behind(self, t: np.ndarray, y: np.ndarray, spans: np.ndarray) -> np.ndarray:
+        """Return the states (k, ns) at ``spans`` (k,) after the times ``t`` (k,), at which the motion has the states ``y`` (k, ns),
+        no event being between: without going there from the beginning of a segment, which may be long."""
+        scene, R = scene_of(self.system), self.recorded
+        modes = np.ascontiguousarray(R.rows[np.maximum(np.searchsorted(self._starts, t, side="right") - 1, 0), 2])
+        out = np.empty_like(y)
+        engine_of(scene).sample(scene.tables, modes, t % self._period if self._period else t, y, np.arange(len(t)), spans, out)
+        return scene.shown(modes, out, t + spans)
+
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""
         times = np.linspace(self.start, self.stop, n)

@@ -134,7 +134,8 @@ def _never_both(one: Any, other: Any) -> bool:
 def _softened(element: Any, soft: float) -> Element:
     """Return a contact in series with a flexibility, length per force."""
     if isinstance(element, Coulomb):
-        if element.belt_speed != 0.0 or element.static_ratio != 1.0 or element.friction_negative is not None:
+        if (element.belt_speed != 0.0 or element.static_ratio != 1.0 or element.static not in (None, element.friction)
+                or element.friction_negative is not None):
             raise ValueError(f"reduced: method='massless' takes a Coulomb contact with one friction force and no belt, not "
                              f"{element!r}")
         load = {name: getattr(element, name) for name in ("load_amplitude", "load_harmonic", "load_phase")}

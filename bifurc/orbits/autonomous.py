@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eig
 from scipy.optimize import brentq
 
 from ..compose.natural import natural_length
@@ -47,7 +48,7 @@ CLOSE = 0.05  # scaled distance of the settled motion from the orbit that is acc
 SHORTEST = 1e-2  # of the guess of the period: every state comes back after no time
 ASIDE = 1e-3  # of the size of the states: how far beside an unstable state of rest a search begins
 STILL = 1e-7  # of the size at the start: a motion that has become so small has come to rest
-LINEAR, ALIKE = 1e-2, 0.1  # of a state of rest: so near, a motion that dies out as the eigenvalue says, to a tenth, is linear
+LINEAR, ALIKE = 1e-2, 0.1  # of a state of rest: so near it is the one meant; a motion dies out as its eigenvalue says, to a tenth
 SAME = 1e-8  # scaled difference of repeated parts of an orbit
 
 
@@ -63,20 +64,23 @@ class Return(NamedTuple):
 
 def autonomous_orbit(system: System, guess, closure, transient: int, period: float | None) -> PeriodicOrbit:
     """Return an orbit of a system without excitation; the arguments are those of `find_orbit`."""
-    if isinstance(guess, PeriodicOrbit):
-        found = from_orbit(system, guess)
-    elif guess is not None:
-        scene = scene_of(system)
-        y0 = state("guess", guess, (2 * scene.n, scene.ns))
-        if not scene.laws:
-            paced(scene.tables, y0)
-        found = from_state(system, y0, period)
+    if guess is None:
+        found = settled(system, transient, aside(system, resting_start(system)))
+    else:
+        if isinstance(guess, PeriodicOrbit):
+            first, found = guess.state, from_orbit(system, guess)
+        else:
+            scene = scene_of(system)
+            first = state("guess", guess, (2 * scene.n, scene.ns))
+            if not scene.laws:
+                paced(scene.tables, first)
+            if not first[scene.n:2 * scene.n].any():
+                first = aside(system, first)
+            found = from_state(system, first, period)
         done = found.success or found.status is OrbitStatus.AT_REST or period is not None or conservative(system)
         if not done:  # far from the orbit: it may lead there all the same
-            later = settled(system, transient, y0)
+            later = settled(system, transient, first)
             found = later if later.success or later.status is OrbitStatus.AT_REST else found
-    else:
-        found = settled(system, transient, aside(system, resting_start(system)))
     return symmetric(found, closure) if found.success else found
 
 
@@ -145,8 +149,10 @@ def from_state(system: System, y0, period: float | None) -> PeriodicOrbit:
             if found.success:
                 return found
             best = best or found
-        if not motion.success or at_rest(motion, y0):
+        if not motion.success:
             break
+        if at_rest(motion, y0):
+            return failed(motion, y0)
     return best or failed(motion, y0)
 
 
@@ -172,30 +178,40 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
                 found.how["transient"] = passed * slow
                 return found
             best = found
-        if not motion.success or at_rest(motion, first):
-            break
         y = motion.final
+        if motion.success and at_rest(motion, first):
+            y = aside(system, y, LINEAR)  # along its stable manifold a motion comes to a state of rest that is unstable
+            if y is motion.final:
+                break
+        if not motion.success:
+            break
     if best is not None:
         best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
         return best
     return failed(motion, first)
 
 
-def aside(system: System, y) -> np.ndarray:
-    """Return a start; where ``y`` is an unstable state of rest one a little beside it, in the direction that grows fastest."""
+def aside(system: System, y, near=STILL) -> np.ndarray:
+    """Return a start; where ``y`` is an unstable state of rest, or as ``near`` to one (of the size of the motion), one a little
+    beside that, in the direction that grows fastest, on the side of ``y``."""
     rest = find_equilibrium(system, y)
-    size = max(natural_length(scene_of(system).tables), float(np.abs(y).max()))  # of lengths: nothing moves in it
-    if not rest.success or rest.stable is not False or np.abs(rest.state - y).max() > STILL * size:
+    n, units = system.n, rest.field.units
+    size = max(natural_length(scene_of(system).tables), float(np.abs(y[:n]).max()))
+    away = rest.state - np.append(y, np.zeros(len(units) - len(y)))
+    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n].max() > near * size:
         return y
-    A, Z, _ = rest._small
-    values, vectors = np.linalg.eig(A)
-    direction = Z @ np.real(vectors[:, int(np.argmax(values.real))])
-    return rest.state + ASIDE * size * direction / np.abs(direction / rest.field.units).max()
+    A, Z, coordinates = rest._small
+    values, left, right = eig(A, left=True)
+    k = int(np.argmax(values.real))
+    side = -1.0 if np.real(np.conj(left[:, k]) @ (coordinates @ away)) > 0.0 else 1.0
+    direction = side * Z @ np.real(right[:, k])
+    return rest.state + ASIDE * size * direction / np.abs(direction / units).max()
 
 
 def failed(motion: Trajectory, start) -> PeriodicOrbit:
-    """Return what a search from the state ``start`` without result says."""
-    return nothing(motion, OrbitStatus.AT_REST if motion.success and at_rest(motion, start) else OrbitStatus.NOT_FOUND)
+    """Return what a search from the state ``start`` without result says: rest is what the motion has come to, if it would stay."""
+    rests = motion.success and at_rest(motion, start) and aside(motion.system, motion.final, LINEAR) is motion.final
+    return nothing(motion, OrbitStatus.AT_REST if rests else OrbitStatus.NOT_FOUND)
 
 
 def nothing(motion: Trajectory, status: OrbitStatus) -> PeriodicOrbit:
@@ -207,13 +223,14 @@ def nothing(motion: Trajectory, status: OrbitStatus) -> PeriodicOrbit:
 
 
 def at_rest(motion: Trajectory, start) -> bool:
-    """Whether all speeds have died in the last fifth of a motion of a search that began at the state ``start``."""
+    """Whether all speeds have died, and memory stands, in the last fifth of a motion of a search that began at ``start``."""
     n = motion.system.n
     states = motion(np.linspace(motion.start, motion.stop, 257))
     speeds, first = np.abs(states[:, n:2 * n]).max(axis=1), np.abs(np.asarray(start, float))
     rate = 2.0 * np.pi / slowest(scene_of(motion.system))
     size = max(rate * np.abs(states[:, :n]).max(), rate * first[:n].max(), speeds.max(), first[n:2 * n].max())
-    return bool(speeds[-52:].max() <= STILL * size)
+    memory = states[:, 2 * n:]
+    return bool(speeds[-52:].max() <= STILL * size and (np.ptp(memory[-52:], axis=0) <= STILL * np.abs(memory).max(axis=0)).all())
 
 
 def dies_out(motion: Trajectory) -> bool:
@@ -280,11 +297,12 @@ def between(system: System, chosen: list[Return], T: float, weights) -> Periodic
 
 
 def rested(orbit: PeriodicOrbit) -> PeriodicOrbit:
-    """Return the orbit, as a failure where it is an equilibrium: that has any period."""
+    """Return the orbit, as a failure where it is an equilibrium: that has any period, and says nothing of where the motion goes."""
     speed = np.abs(orbit._states(np.linspace(0.0, orbit._whole[0].span, 64, endpoint=False))[:, orbit.scene.n:2 * orbit.scene.n])
     if speed.max() > STILL * orbit.weights[orbit.scene.n:2 * orbit.scene.n].max():
         return orbit
-    return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.AT_REST)
+    how = {**orbit.how, "note": "Newton's method led to a state of rest"}
+    return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, how, OrbitStatus.NOT_CONVERGED)
 
 
 def section(scene: Scene, dof: int, weights) -> np.ndarray:
@@ -341,6 +359,8 @@ def maxima(motion: Trajectory, begin: float, stop: float, early: bool) -> list[R
     found = []
     for k in np.flatnonzero((y[:-1, i] > 0.0) & (y[1:, i] <= 0.0)).tolist():
         arc = simulate(motion.system, y[k], duration=t[k + 1] - t[k])  # from here: a motion without events is one long segment
+        if y[k + 1, i] < 0.0 <= arc.final[i]:
+            continue  # at rest speeds are rounding, and have no signs
         at = arc.stop if y[k + 1, i] == 0.0 else brentq(lambda s, arc=arc: float(arc(s)[i]), arc.start, arc.stop, xtol=1e-15)
         found.append(Return(float(t[k] + at - arc.start), (mode, -1, mode, 0, 0), arc(at), 0.0, i - scene.n))
     return found

@@ -23,6 +23,7 @@ MAP_STEPS = 20
 LOST = 100.0  # times the misfit and the sizes at the first of them: so far off full steps lead nowhere
 EPS = float(np.finfo(float).eps)
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
+LONG = 600  # unknowns of a sequence above which Newton, in time and memory of their square, waits until the motion is so close
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
 CLEAR = 0.1  # of the interval before an event, within which it returns after a period
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
@@ -272,17 +273,21 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
     """
     y, best, edge, done = resting_start(system), None, None, 0
     candidates = range(1, MOST_PERIODS + 1) if periods is None else [k for k in range(1, periods + 1) if periods % k == 0]
+    chunk = max(CHUNK, candidates[-1])
     while done < transient:
-        motion = simulate(system, y, periods=CHUNK)
+        motion = simulate(system, y, periods=chunk)
         if not motion.success:
             return unfound(system, y, {"transient periods": done, "simulation": motion.message})
         sections_ = motion.sections
         y = sections_[-1]
-        done += CHUNK
+        done += chunk
+        crowd = len(motion.recorded.rows) / chunk * (1 + len(y))  # unknowns a period
         size = np.abs(sections_).max(axis=0) + 1e-300
         gaps = {k: float(np.abs((sections_[-1] - sections_[-1 - k]) / size).max()) for k in candidates}
         least = min(gaps.values())
         for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
+            if k * crowd > LONG and gaps[k] > CLOSE:
+                continue
             motions = ((begin, simulate(system, y, periods=begin + 2 * k)) for begin in (0, k))  # a start adds events of rounding
             found = next((o for begin, motion in motions if (o := from_motion(system, motion, begin, k)).success), None)
             if found is None or found.sequence.creeping(found.scene):

@@ -32,7 +32,7 @@ def belt_oscillator(*, zeta: float = 0.05, belt_speed: float = 0.3, static: floa
     static : float
         Limit of stick over the stiffness, length; at least `kinetic`.
     kinetic : float
-        Friction of slip over the stiffness, length (exponential: that at high speed); not used by the cubic law.
+        Friction of slip over the stiffness, length, at least 0 (exponential: that at high speed); not used by the cubic law.
     law : {"coulomb", "exponential", "cubic"}
     decay_speed : float
         Over which the exponential law falls, above 0; not used by the others.
@@ -47,11 +47,11 @@ def belt_oscillator(*, zeta: float = 0.05, belt_speed: float = 0.3, static: floa
     """
     choice("belt_oscillator", "law", law, LAWS)
     if law == "coulomb":
-        number("belt_oscillator", "kinetic", kinetic, above=0.0)
+        number("belt_oscillator", "kinetic", kinetic, least=0.0)
         number("belt_oscillator", "static", static, least=kinetic)
     contact: Element
     if law == "coulomb":
-        contact = Coulomb(kinetic, static_ratio=static / kinetic, belt_speed=belt_speed)
+        contact = Coulomb(kinetic, static=static, belt_speed=belt_speed)
     elif law == "exponential":
         contact = Stribeck(kinetic, static, decay_speed, belt_speed=belt_speed)
     else:

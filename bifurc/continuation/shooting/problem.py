@@ -16,7 +16,7 @@ from ...compose.scene import beside, given, numbered, scene_of
 from ...elements import EventKind
 from ...jobs.executors import user_parts
 from ...orbits.energy import conservative
-from ...orbits.multipliers import attracting, nontrivial
+from ...orbits.multipliers import NEUTRAL, attracting, nontrivial
 from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
@@ -318,10 +318,11 @@ class OrbitProblem(Problem):
     def _torus(self, x) -> float:
         """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
 
-        It also does for a real pair mu, 1/mu, which is no bifurcation: `confirm` tells.
+        It also does for a real pair mu, 1/mu, which is no bifurcation: `confirm` tells.  Of several pairs on the circle at once, as
+        of a structure without damping, signs are rounding: the test is not known.
         """
         mu = self._multipliers(x)
-        if not np.isfinite(mu).all():
+        if not np.isfinite(mu).all() or np.count_nonzero(np.abs(np.abs(mu[mu.imag > 0.0]) - 1.0) < NEUTRAL) > 1:
             return math.nan
         product = 1.0
         for i in range(len(mu)):

@@ -9,6 +9,7 @@ not explain is a pair.
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from ...orbits.multipliers import NEUTRAL
 from ..kinds import SpecialPointKind
 from .roots import enclose, polish
 from .rows import Curve
@@ -19,6 +20,7 @@ EDGE = 0.1  # of the part of a step, from its ends, next to which it is not look
 ROUNDING, KNOWN = 1e-14, 0.1  # of the largest multiplier: error of all; up to which it makes no difference
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
 NOT_REAL = 1e-6  # the same as part of its size, where the tests of all rows are made
+ON_CIRCLE = NEUTRAL  # so near to the circle it is not known whether a multiplier lies outside, as of a motion that nothing damps
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
 STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multipliers pass the unit circle
 
@@ -52,7 +54,8 @@ def passes(part, a, b, found, t=1.0, x=None) -> bool | None:
     first, last, length = outside(part.problem, a.x), outside(part.problem, b.x if x is None else x), b.s - a.s
     if first is None or last is None or not length > 0.0:
         return None
-    return abs(last - first) > sum(0.0 < (point.s - a.s) / length < t for point in found if point.kind in REAL)
+    sure = max(last[0] - first[1], first[0] - last[1])
+    return sure > sum(0.0 < (point.s - a.s) / length < t for point in found if point.kind in REAL)
 
 
 def inner_change(part, a, b):
@@ -66,7 +69,7 @@ def inner_change(part, a, b):
     mu = [multipliers(part.problem, row.x) for row in (a, b)]
     if mu[0] is None or mu[1] is None:
         return None
-    curve, count = Curve(a, b), int(np.count_nonzero(np.abs(mu[0]) > 1.0))
+    curve, count = Curve(a, b), counts(mu[0])
     spans = [(*doubt(*mu), 0.0, 1.0, *mu)]
     for _ in range(PLACES):
         worst = max(range(len(spans)), key=lambda k: spans[k][0])
@@ -78,7 +81,8 @@ def inner_change(part, a, b):
         middle = None if c is None else multipliers(part.problem, c.x)
         if middle is None:
             return None
-        if int(np.count_nonzero(np.abs(middle) > 1.0)) != count:
+        least, most = counts(middle)
+        if least > count[1] or most < count[0]:
             return c, t
         spans += [(*doubt(first, middle), low, t, first, middle), (*doubt(middle, last), t, high, middle, last)]
     return None
@@ -93,13 +97,14 @@ def doubt(first, last):
     before, after = np.abs(first) - 1.0, np.abs(last) - 1.0
     if not before.size:
         return 0.0, 0.5
-    near = np.maximum(np.minimum(np.abs(before), np.abs(after)), 1e-300)
+    near = np.maximum(np.minimum(np.abs(before), np.abs(after)), ON_CIRCLE)
     turned = before * after < 0.0
     place = 0.5
     if turned.any():
         passed = before[turned] / (before[turned] - after[turned])
         place = min(max(0.5 * float(passed.min() + passed.max()), EDGE), 1.0 - EDGE)
-    return float((np.abs(last - first) / near).max()), place
+    moves = np.abs(last - first) * (np.maximum(np.abs(before), np.abs(after)) > ON_CIRCLE)  # else it stays on the circle
+    return float((moves / near).max()), place
 
 
 def next_to(problem, point, x):
@@ -154,15 +159,20 @@ def multipliers(problem, x):
 
 
 def outside(problem, x):
-    """Return the number of multipliers outside the unit circle at ``x`` (n + 1,); None where they are not known: of one of size
-    1e16, next to a graze, the rounding is larger than the others."""
+    """Return `counts` at ``x`` (n + 1,); None where they are not known: of a multiplier of size 1e16, next to a graze, the rounding
+    is larger than the others."""
     mu = multipliers(problem, x)
     if mu is None:
         return None
     error = ROUNDING * np.abs(mu).max(initial=0.0)
     if error > KNOWN and np.abs(np.abs(mu) - 1.0).min() < error:
         return None
-    return int(np.count_nonzero(np.abs(mu) > 1.0))
+    return counts(mu)
+
+
+def counts(mu) -> tuple[int, int]:
+    """Return how many multipliers are outside the unit circle at least, and at most."""
+    return int(np.count_nonzero(np.abs(mu) > 1.0 + ON_CIRCLE)), int(np.count_nonzero(np.abs(mu) > 1.0 - ON_CIRCLE))
 
 
 def curve_value(problem, curve):

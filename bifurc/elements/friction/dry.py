@@ -152,6 +152,8 @@ class Coulomb(OnBelt, LoadedContact):
         Largest force of stick over that of slip, at least 1, dimensionless.
     belt_speed : float
         Speed of the surface under the row; s is the speed relative to it.
+    static : float, optional
+        Largest force of stick at mean load, either way, at least those of slip, which may be zero; None: by `static_ratio`.
     load_amplitude, load_harmonic, load_phase
         Of a normal load that varies, see `LoadedContact`.
     dof, row
@@ -168,6 +170,7 @@ class Coulomb(OnBelt, LoadedContact):
     friction_negative: float | None = None
     static_ratio: float = 1.0
     belt_speed: float = 0.0
+    static: float | None = None
 
     def __post_init__(self):
         super().__post_init__()
@@ -176,6 +179,11 @@ class Coulomb(OnBelt, LoadedContact):
         if self.friction_negative is not None:
             number(name, "friction_negative", self.friction_negative, least=0.0)
         number(name, "static_ratio", self.static_ratio, least=1.0)
+        if self.static is not None:
+            number(name, "static", self.static, least=max(self.limits))
+            if self.static_ratio != 1.0:
+                raise ValueError(f"{name}: static_ratio = {self.static_ratio!r} is not allowed beside static = {self.static!r}; "
+                                 "give one of them")
 
     @property
     def rests_together(self) -> bool:
@@ -191,7 +199,10 @@ class Coulomb(OnBelt, LoadedContact):
         """Return "stick", "slip+", "slip-" or "apart"."""
         up, down = (limit * self.load for limit in self.limits)
         if key == STICK:
-            most, least = self.static_ratio * down, -self.static_ratio * up
+            if self.static is None:
+                most, least = self.static_ratio * down, -self.static_ratio * up
+            else:
+                most, least = self.static * self.load, -self.static * self.load
             guards = (Guard(least - lam(0), EventKind.SLIP, (SLIP_UP,)), Guard(lam(0) - most, EventKind.SLIP, (SLIP_DOWN,)))
             return Mode(hold=(Hold(0, (1.0,)),), guards=(*guards, *self.leaves()), bounds=((least, most),))
         if key == APART:

@@ -12,6 +12,13 @@ from ...compose.tables import ORDER
 KNOWS_BESIDE = False
 FAR = 64  # steps of a mode after which samples of a long segment are gone on with from there, not from its start
 
+
+@leaf
+def leap(T, m):
+    """Duration after which samples of a long segment are gone on with from there, as it takes the longer the longer it is."""
+    return FAR * T.step[m]
+
+
 @leaf
 def forcing(T, t, x):
     """Write the forcing states w(t) behind the state in ``x`` (nx,)."""

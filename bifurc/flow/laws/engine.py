@@ -10,8 +10,7 @@ from ...compose.pointer import WORD
 from .calls import ALIKE, BESIDE, HIGHER, WISH, longest, rate, scratch_of, step
 from .gauss import NODES
 
-ENGINE = ("field", "advance", "propagate", "arc", "arc_beside", "FAR", "KNOWS_BESIDE")
-FAR = 1  # of the affine part: under a law each may be many
+ENGINE = ("field", "advance", "propagate", "arc", "arc_beside", "leap", "KNOWS_BESIDE")
 KNOWS_BESIDE = True
 DEFECT = 2e-8  # aimed at in a step
 
@@ -52,6 +51,12 @@ def integrated(T, m, x, s, x1, X, scratch, room, now):
         wish = scratch[WISH]
         if h != tried or wish < 0.8 * abs(h) or wish > 1.6 * abs(h):
             count = int(np.ceil(abs(left) / min(wish, top)))
+
+
+@leaf
+def leap(T, m):
+    """See `bifurc.flow.affine.engine.leap`: a step of the affine part, under a law it may be many."""
+    return T.step[m]
 
 
 @njit

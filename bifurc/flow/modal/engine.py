@@ -13,7 +13,8 @@ from ..affine import hidden as at_zero
 from .states import modal_arc, modal_blurred, modal_hidden, modal_reach, modal_state_series
 from .steps import modal_coast, modal_land, modal_peak, modal_series
 
-ENGINE = ("advance", "all_series", "arc", "propagate", "free_steps", "reach", "segment_peak", "state_series", "hidden", "blurred")
+ENGINE = ("advance", "all_series", "arc", "leap", "propagate", "free_steps", "reach", "segment_peak", "state_series", "hidden",
+          "blurred")
 
 
 @njit
@@ -50,6 +51,12 @@ def arc(T, m, x, s, y1, Phi):
         modal_arc(T, m, x, s, y1, Phi)
     else:
         affine.arc(T, m, x, s, y1, Phi)
+
+
+@njit
+def leap(T, m):
+    """See `bifurc.flow.affine.engine.leap`: modal coordinates are known after any time."""
+    return np.inf if is_modal(T, m) else affine.leap(T, m)
 
 
 @njit

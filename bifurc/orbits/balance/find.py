@@ -1,5 +1,6 @@
 """Harmonic balance: from a system, options and a guess to the orbit."""
 import numpy as np
+from scipy.linalg import qr
 
 from ...compose.scene import refuse_delay
 from ...flow.simulate import simulate
@@ -16,6 +17,8 @@ from .method import AUTO_FIRST, AUTO_MOST, HarmonicBalance
 from .setvalued import set_valued
 
 ALIASING = 1e-12  # relative change of the residual at twice the samples that is none
+EPS = float(np.finfo(float).eps)
+LOOSE = 1e-10  # of the largest entry of the Jacobian: forces of a mean displacement that are none
 SCALED = (0.7, 0.5, 0.3, 1.5, 2.0, 0.1, 0.05)  # of the linear response: starts where its own, rest and raised loads lead nowhere
 
 
@@ -103,7 +106,43 @@ def _solved(system: System, method: HarmonicBalance, guess, layout: Layout) -> H
         if differenced:
             how["differenced Jacobians"] = differenced
     how["iterations"] = iterations
+    if status is not None or _drifts(balance, x):
+        loose = _loose(balance, [x] if status is BalanceStatus.SINGULAR else [x, *starts])
+        if loose:
+            status, how["free"] = BalanceStatus.SINGULAR, loose
     return HarmonicOrbit(system, method, layout, x, how, status, balance, condensed)
+
+
+def _drifts(balance: Balance, x) -> bool:
+    """Whether the mean of a motion is so much larger than its swing that half the digits are lost: what nothing restores is carried
+    away by a solver."""
+    q = np.abs(balance.layout.matrix(x))
+    return bool(balance.layout.mean and q[0].max() * EPS**0.5 > q[1:].max(initial=0.0))
+
+
+def _loose(balance: Balance, motions) -> str:
+    """Return which coordinate or combination has no restoring force about all ``motions``, coefficients (size,); empty if none.
+
+    A mean displacement along it changes no force, so that the balance does not tell where the motion stands.
+    """
+    n = balance.layout.n
+    known = [balance.jacobian(x) for x in motions if balance.layout.mean and np.isfinite(x).all()]
+    known = [J[:, :n] / max(float(np.abs(J).max()), 1e-300) for J in known if np.isfinite(J).all()]
+    if not known:
+        return ""
+    _, sizes, rows = np.linalg.svd(np.vstack(known))
+    null = rows[int(np.count_nonzero(sizes > LOOSE)):]
+    if not len(null):
+        return ""
+    null = qr(null.T @ null, pivoting=True)[0][:, :len(null)].T  # coordinates that are free alone come alone
+    named = []
+    for row in null:
+        row = row / row[int(np.argmax(np.abs(row) > 0.5 * np.abs(row).max()))]
+        parts = [(value, k) for k, value in enumerate(row) if abs(value) > LOOSE * np.abs(row).max()]
+        words = [f"{'-' if value < 0.0 else '+'} {'' if abs(abs(value) - 1.0) < LOOSE else f'{abs(value):.4g} '}q{k}"
+                 for value, k in parts]
+        named.append(" ".join(words).removeprefix("+ "))
+    return ", ".join(named)
 
 
 def condensing(condensed: Condensed) -> str:

@@ -189,6 +189,9 @@ class HarmonicOrbit(Orbit):
         """The status as a sentence, and what else is to be known: friction that holds all contacts, an error as large as the
         motion."""
         words = [self.status.sentence]
+        if self.how.get("free"):
+            words.append(f"Nothing restores {self.how['free']}: a mean displacement along it changes no force at this motion. Give "
+                         "it a spring, or a guess that reaches the contacts that hold it.")
         if self.success and self.status is not BalanceStatus.AT_REST:
             words += [self.how["statement"]] if self.how.get("held") else []
             part = self._relative_error()

@@ -16,6 +16,7 @@ One file, because the equilibrium tells its guards, modes and eigenvalues by the
 import functools
 
 import numpy as np
+from scipy.linalg import qr
 
 from ... import io
 from ...compose.scene import Scene, scene_of
@@ -203,8 +204,22 @@ class Equilibrium(Content, Notebook, Motion):
 
     @functools.cached_property
     def linearisation(self) -> np.ndarray:
-        """Matrix (k, k) of small motions that the mode allows, in coordinates modulo the continuum, 1/time."""
-        return self._small[0]
+        """Matrix A (k, k) of small motions c' = A c that the mode allows, modulo the continuum, in the units of the system: the
+        state is ``state + directions @ c``.  Where nothing is held it is the derivative of (velocities, accelerations, rates of
+        memory) by the state."""
+        A, Z, read = self._small
+        B = self.directions
+        return (B.T @ Z) @ A @ (read @ B)
+
+    @functools.cached_property
+    def directions(self) -> np.ndarray:
+        """Directions (ns, k), orthonormal in the units of the system, of the motions of `linearisation`: components of the state
+        that are free, in their order, and combinations of those that are not alone so."""
+        Q, _ = np.linalg.qr(self._small[1])
+        B, _, order = qr(Q @ Q.T, pivoting=True)  # a component that is free alone is its own projection, and the longest
+        k = Q.shape[1]
+        B = B[:, :k] * np.sign(B[order[:k], np.arange(k)])
+        return B[:, np.argsort(order[:k])]
 
     @functools.cached_property
     def _small(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -227,7 +242,7 @@ class Equilibrium(Content, Notebook, Motion):
     @functools.cached_property
     def eigenvalues(self) -> np.ndarray:
         """Eigenvalues, complex, largest real part first, of the motions that the mode allows."""
-        A = self.linearisation
+        A = self._small[0]
         found = np.linalg.eigvals(A).astype(complex) if len(A) else np.empty(0, complex)
         return found[np.lexsort((-found.imag, -found.real.round(13)))]
 
