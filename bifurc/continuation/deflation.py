@@ -9,6 +9,7 @@ bounds them.
 """
 import numpy as np
 
+from ..checks import ORBIT, checked, many, number, of
 from ..orbits.find import find_orbit
 from ..orbits.forced import period_map
 from ..orbits.standing import resting_start
@@ -70,6 +71,7 @@ def newton(equations, u, deflation):
     return None
 
 
+@checked(p=number, starts=None)
 def deflated_solutions(problem, p=None, known=(), starts=(), most: int = 12) -> tuple:
     """Return further solutions of a problem at one value of its parameter, as problems that `trace` takes.
 
@@ -130,6 +132,7 @@ def deflated_solutions(problem, p=None, known=(), starts=(), most: int = 12) -> 
     return tuple(found)
 
 
+@checked(known=of(many, of=ORBIT), starts=None)
 def deflated_orbits(system, known=(), periods: int = 1, starts=None, most: int = 8) -> tuple:
     """Return further periodic orbits of a forced system, found by deflated Newton steps on the map over some periods.
 
@@ -198,6 +201,7 @@ def rings(points, weights, radii=(0.3, 1.0, 2.0), count=8):
                 yield guess
 
 
+@checked(bounds=None)
 def isolas(point, second: str, value: float, bounds) -> tuple:
     """Return starts on the branches that a fold bounds at another value of a second parameter.
 

@@ -1,6 +1,7 @@
 """`switch_branch`: starts on the other branches that meet in a special point."""
 import numpy as np
 
+from ..checks import checked
 from .branches.special import SpecialPoint
 from .kinds import SpecialPointKind
 from .problem import Corrected
@@ -10,6 +11,7 @@ from .switched import Switched
 AWAY = 1e-2  # scaled distance of the new start from the branch point, reduced when the corrector does not go there
 
 
+@checked()
 def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     """Return starts on the other branches through a special point, which `trace` takes.
 

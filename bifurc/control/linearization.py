@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
+from ..checks import choice
 from ..compose.evaluate import Laws
 from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
-from ..elements.checks import choice
 from ..elements.element import ALWAYS
 from ..elements.springs import LinearSpring
 from ..orbits.orbit import PeriodicOrbit

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import plotting
-from ..elements.checks import number
+from ..checks import checked, number
 from ..flow.simulate import simulate
 
 
@@ -43,6 +43,7 @@ class ControlledMotion:
         first = 0 if off.size == 0 else int(off[-1]) + 1
         return first if first < self.active.size else None
 
+    @checked()
     def plot(self, axes=None):
         """Draw the states on the section and the corrections over the periods; return the axes."""
         return plotting.plot_controlled(self, axes)

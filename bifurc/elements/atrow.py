@@ -2,7 +2,7 @@
 import dataclasses
 from dataclasses import dataclass
 
-from .checks import vector, whole
+from ..checks import vector, whole
 from .element import Element
 from .site import Rows
 

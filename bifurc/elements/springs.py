@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import number, vector, whole
 from .atrow import AtRow
-from .checks import number, vector, whole
 from .element import Element
 from .local import s, u
 from .mode import Law, Mode

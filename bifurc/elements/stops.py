@@ -2,8 +2,8 @@
 import dataclasses
 from dataclasses import dataclass
 
+from ..checks import choice, number, whole
 from .atrow import AtRow
-from .checks import choice, number, whole
 from .kinds import EventKind
 from .local import lam, s, u, wave
 from .mode import Guard, Hold, Mode, Restitution

@@ -1,7 +1,7 @@
 """What a motion is started with: its state, its time, its length, checked."""
 import numpy as np
 
-from ..elements import checks
+from .. import checks
 
 
 def checked_length(scene, periods, duration, t0, max_events) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 """Simulate a system through its events."""
 import numpy as np
 
+from ..checks import RATIO, checked
 from ..compose.modal import give_modal
 from ..compose.scene import scene_of
 from ..compose.tables import paced
@@ -42,6 +43,7 @@ from .trajectory import Recorded, Trajectory
 ROWS = 1024  # of the first record; doubled while it is full
 
 
+@checked(periods=RATIO, duration=RATIO)
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
              max_events: int = 2000, history=None):
     """Return the motion from a state, through all its events.

@@ -5,6 +5,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from .. import plotting
+from ..checks import checked
 from ..compose.scene import scene_of
 from ..elements import EventKind
 from ..motion import Motion
@@ -195,6 +196,7 @@ class Trajectory(Notebook, Motion):
         out = scene.shown(R.rows[index, 2], out, flat)
         return out.reshape(*times.shape, out.shape[1])
 
+    @checked()
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""
         times = np.linspace(self.start, self.stop, n)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..elements.checks import whole
+from ..checks import whole
 
 
 @dataclass(frozen=True)

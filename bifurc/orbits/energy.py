@@ -8,6 +8,7 @@ regular again.
 """
 import numpy as np
 
+from ..checks import checked
 from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..flow.linear import ModeField
@@ -30,6 +31,7 @@ def conservative(system: System) -> bool:
     return all(element.stored_energy(np.full(len(element.site(system.n).R), 0.37)) is not None for element in system.elements)
 
 
+@checked()
 def energy(system: System, y) -> float:
     """Return the energy of a state: kinetic, of the linear springs, and what the elements store.
 

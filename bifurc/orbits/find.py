@@ -1,8 +1,8 @@
 """Find a periodic orbit: simulate for the event signature, solve with it fixed, audit."""
 import numpy as np
 
+from ..checks import checked, state, whole
 from ..compose.scene import scene_of
-from ..elements.checks import state, whole
 from ..system import System, require_system
 from .autonomous import autonomous_orbit
 from .base import Orbit
@@ -12,6 +12,7 @@ from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 
 
+@checked()
 def find_orbit(system: System, guess=None, periods: int | None = None, *, closure: int | None = None,
                transient: int = 800, method=None, period: float | None = None) -> PeriodicOrbit:
     """Return a periodic orbit of a system, forced or autonomous.

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import eigh
 
+from ..checks import RATIO, array, checked, of
 from .checks import dense, even
 
 
+@checked(alpha=RATIO, beta=RATIO, ratios=of(array, count=2), frequencies=of(array, count=2))
 def rayleigh_damping(M, K, alpha: float | None = None, beta: float | None = None, *, ratios: Sequence[float] | None = None,
                      frequencies: Sequence[float] | None = None) -> np.ndarray:
     """Return C = alpha M + beta K.
@@ -54,6 +56,7 @@ def rayleigh_damping(M, K, alpha: float | None = None, beta: float | None = None
     return alpha * mass + beta * stiffness
 
 
+@checked(ratios=of(array, axes=(0, 1)))
 def modal_damping(M, K, ratios) -> np.ndarray:
     """Return the matrix C that damps every mode of (M, K) by itself: phi^T C phi = 2 zeta omega.
 

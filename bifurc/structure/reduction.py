@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import eigh
 
+from ..checks import POSITIVE, checked
+
 METHODS = ("craig-bampton", "rubin", "massless")
 TOLERANCE = 1e-3  # relative error of a frequency up to which a reduced model counts as valid
 ZERO = 1e-9  # square of a frequency over that of the highest: a rigid-body mode
@@ -56,6 +58,7 @@ class Reduction:
         rigid = full <= np.sqrt(ZERO) * max(full.max(initial=0.0), 1e-300)
         return np.where(rigid, 0.0, np.abs(own - full) / np.where(rigid, 1.0, full))
 
+    @checked(tolerance=POSITIVE)
     def valid_to(self, tolerance: float = TOLERANCE) -> float:
         """Return the frequency (radians per time) up to which all natural frequencies are within a relative tolerance.
 

@@ -1,8 +1,8 @@
 """Chains of masses and springs with a stop on one of them (Zhang 2008, section 3.1)."""
 import numpy as np
 
+from ..checks import whole
 from ..elements import HarmonicForce, RigidStop
-from ..elements.checks import whole
 from ..system import System, builder
 
 

@@ -1,8 +1,8 @@
 """Friction contacts and dampers: Yang's contact, micro-slip rings and strips on a test bench, a damped oscillator."""
 import math
 
+from ..checks import choice, number, vector, whole
 from ..elements import Driven, HarmonicForce, Iwan, Jenkins, LoadedMicroSlip, MicroSlip
-from ..elements.checks import choice, number, vector, whole
 from ..system import System, builder
 
 # Zhao & Lin 2015, Table 2: amplitudes of x (sin) and y (cos), stiffness, mean load, load amplitude over the mean, phase of the

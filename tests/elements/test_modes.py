@@ -558,7 +558,7 @@ def test_a_core_notes_whether_more_than_its_matrices_is_read():
 
 
 def test_limits_of_numbers():
-    from bifurc.elements import checks
+    from bifurc import checks
 
     assert checks.number("x", "y", 2, least=2.0) == 2.0 and checks.number("x", "y", 3.0, most=3.0) == 3.0
     for limits, words in (({"least": 1.0, "most": 2.0}, "a number from 1 to 2"), ({"least": 1.0}, "a finite number, at least 1"),

@@ -11,6 +11,7 @@ from scipy import sparse
 from scipy.stats import beta
 
 from ... import io, plotting
+from ...checks import COUNT, checked
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...enumerations import DescribedEnum
@@ -224,6 +225,7 @@ class CellMap(Notebook):
         """Morse graph: the recurrent groups, and which leads to which, see `bifurc.basins.cells.morse.morse_graph`."""
         return morse_graph(self)
 
+    @checked()
     def saddles(self, most: int = 20) -> tuple:
         """Return unstable periodic orbits in transient recurrent groups, confirmed by Newton; largest groups first.
 
@@ -295,10 +297,12 @@ class CellMap(Notebook):
                          f"{self.audit.undecided} more reach an attractor but have no label")
         return "\n".join(lines)
 
+    @checked()
     def plot(self, ax=None, field: str = "labels", group: int = 0):
         """Draw the labels with the attractors, or the "doubt", "time" or "density" of each cell; return the axes."""
         return plotting.plot_cells(self, ax, field, group)
 
+    @checked(least=COUNT)
     def plot_morse(self, ax=None, least: int = 1):
         """Draw the Morse graph, without transient groups below ``least`` cells; return the axes."""
         return plotting.plot_morse(self, ax, least)
@@ -357,6 +361,7 @@ class CellMap(Notebook):
                    groups, matrix, arrays["labels"], arrays["fates"], arrays.get("group"), arrays.get("steps"), audit,
                    header["lost"], header["options"], header.get("key", ""))
 
+    @checked()
     def save(self, path) -> None:
         """Write the map to an npz file."""
         io.write(path, *self.to_record())

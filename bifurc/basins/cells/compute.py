@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...elements.checks import following, whole
+from ...checks import PLACE, SYSTEM, checked, either, following, function, whole
 from ...ensemble.grid import Grid
 from ...ensemble.outcomes import NO_START
 from ...jobs.executors import check_executor, user_parts, workers_of
@@ -31,6 +31,7 @@ FARTHEST = 30.0  # cells: a group farther from its attractor is none of its neig
 AUDIT_BATCH = 1024
 
 
+@checked(system=either(SYSTEM, function, allowed="a System or a function of points (k, n)"), audit=PLACE)
 def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, samples: int = 1, audit: int = 2000, seed: int = 0,
                  workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000,
                  executor=None, progress: bool = False, file=None) -> CellMap:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ... import io, plotting
+from ...checks import checked
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -130,14 +131,17 @@ class BasinMap(LabelledStarts, Notebook):
         deprecated("BasinMap.trust", "BasinMap.reliability")
         return self.reliability
 
+    @checked()
     def entropy(self, side: int = 5) -> BasinEntropy:
         """Return basin entropy and boundary entropy over boxes of ``side`` cells; infinity counts as a label."""
         return basin_entropy(coded(self.labels, self.states), side, self.starts)
 
+    @checked()
     def uncertainty(self, low: float = RANGE[0], high: float = RANGE[1], **options) -> Uncertainty:
         """Return the uncertainty exponent with its error, see `bifurc.basins.maps.uncertainty_exponent.uncertainty_exponent`."""
         return uncertainty_exponent(self, low, high, **options)
 
+    @checked()
     def labeller(self, workers: int | None = None, executor=None) -> Callable[[np.ndarray], np.ndarray]:
         """Return a function that labels points (k, d) of the grid's components by following their motions.
 
@@ -156,6 +160,7 @@ class BasinMap(LabelledStarts, Notebook):
 
         return label
 
+    @checked()
     def zoom(self, cells: int | None = None, **ranges) -> "BasinMap":
         """Return the map of a part of the region, or of another one, with the same attractors and numbers.
 
@@ -220,6 +225,7 @@ class BasinMap(LabelledStarts, Notebook):
         lines.append(self.reliability.statement)
         return "\n".join(lines)
 
+    @checked(saddle=None, unstable=None, stable=None)
     def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels", stable=None, names=None):
         """Draw the map with its attractors; return the axes.
 
@@ -264,6 +270,7 @@ class BasinMap(LabelledStarts, Notebook):
                    LabelNoise.from_record(header["noise"]), header["options"], header["key"],
                    arrays.get("speeds", np.empty(0)), Section(**header["section"]) if "section" in header else None)
 
+    @checked()
     def save(self, path) -> None:
         """Write the map to an npz file."""
         io.write(path, *self.to_record())

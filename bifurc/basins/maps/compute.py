@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 
 from ... import __version__
+from ...checks import checked, following
 from ...compose.scene import Scene, scene_of
-from ...elements.checks import following
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.integrator import Cells
@@ -34,6 +34,7 @@ BESIDES = 23  # numbers a cell beside its start, twice: measured, 186 to 211 byt
 NEW = -2  # label of a cell not done yet
 
 
+@checked()
 def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0,
                          workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000,
                          max_events: int = 2000, executor=None, progress: bool = False, file=None,

@@ -13,8 +13,8 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...checks import checked, following, whole
 from ...compose.scene import scene_of
-from ...elements.checks import following, whole
 from ...ensemble.region import Region
 from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
 from ...jobs.progress import Progress
@@ -154,6 +154,7 @@ class Sweep(Notebook):
         lines += [f"  not computed: {self.parameter} = {self.values[i]:.6g}: {text}" for i, text in sorted(self.failures.items())]
         return "\n".join(lines)
 
+    @checked()
     def plot(self, axes=None, branches: Sequence = (), measure: str = "rms_0", names=None):
         """Draw the attractors over the parameter, beside ``branches`` of `trace`, above the shares; return the two axes."""
         return plotting.plot_sweep(self, axes, branches, measure, names=names)
@@ -177,6 +178,7 @@ class Sweep(Notebook):
                    {int(k): v for k, v in header["parents"].items()}, Region.from_record(header["region"]), header["options"],
                    {int(k): v for k, v in header["failures"].items()}, header["key"])
 
+    @checked()
     def save(self, path) -> None:
         """Write the sweep to an npz file."""
         io.write(path, *self.to_record())
@@ -187,6 +189,7 @@ class Sweep(Notebook):
                 f"{self._count} tracks, {int(self.starts.max(initial=0))} starts each{left})")
 
 
+@checked()
 def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mapping | None = None, samples: int = 2000, seed: int = 0,
           tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000, executor=None, workers: int | None = None,
           chunk: int = BLOCK, progress: bool = False, file=None) -> Sweep:

@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...checks import checked, whole
 from ...compose.scene import scene_of
-from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...ensemble.region import Region
 from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
@@ -68,6 +68,7 @@ class ParameterChart(Notebook):
     failures: dict = field(default_factory=dict)
     key: str = field(default="", repr=False)
 
+    @checked()
     def plot(self, ax=None, field: str = "periods", names=None):
         """Draw ``periods``, ``impacts``, ``attractors`` or ``exponents`` over the two parameters; return the axes."""
         return plotting.plot_chart(self, ax, field, names=names)
@@ -95,6 +96,7 @@ class ParameterChart(Notebook):
                    failures={int(k): v for k, v in header["failures"].items()}, key=header["key"],
                    **{name: arrays[name] for name in FIELDS})
 
+    @checked()
     def save(self, path) -> None:
         """Write the chart to an npz file."""
         io.write(path, *self.to_record())
@@ -145,6 +147,7 @@ def _cell(system: System, region: Region, o: Mapping) -> dict:
     return found
 
 
+@checked()
 def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at: Mapping | None = None, starts: int = 8,
                     seed: int = 0, transient: int = 300, longest: int = 16, exponents: bool = False, max_events: int = 2000,
                     executor=None, workers: int | None = None, chunk: int = 100, progress: bool = False,

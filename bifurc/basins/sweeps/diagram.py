@@ -6,9 +6,9 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...checks import array, checked, of, whole
 from ...compose.natural import natural_length
 from ...compose.scene import scene_of
-from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
 from ...jobs.progress import Progress
@@ -61,6 +61,7 @@ class BifurcationDiagram(Notebook):
     options: dict
     key: str = field(default="", repr=False)
 
+    @checked()
     def plot(self, ax=None, component: int = 0, branches=(), names=None):
         """Draw a component of the section points over the parameter, with ``branches`` of `trace`; return the axes."""
         return plotting.plot_diagram(self, ax, component, branches, names=names)
@@ -88,6 +89,7 @@ class BifurcationDiagram(Notebook):
         return cls(System.from_record(header["system"], elements), header["parameter"], directions=tuple(header["directions"]),
                    options=header["options"], key=header["key"], **arrays)
 
+    @checked()
     def save(self, path) -> None:
         """Write the diagram to an npz file."""
         io.write(path, *self.to_record())
@@ -126,6 +128,7 @@ def diagram_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     return {}, {"points": points, "outcomes": outcomes, "impacts": impacts, "periods": periods, "state": X}
 
 
+@checked(values=of(array, axes=(0, 1)), starts=None)
 def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, directions=DIRECTIONS, transient: int = 300,
                         keep: int = 64, max_events: int = 2000, executor=None, workers: int | None = None, chunk: int = 25,
                         progress: bool = False, file=None) -> BifurcationDiagram:

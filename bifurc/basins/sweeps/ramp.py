@@ -11,8 +11,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ... import io, plotting
+from ...checks import checked, state, whole
 from ...compose.scene import scene_of
-from ...elements.checks import state, whole
 from ...flow.simulate import simulate
 from ...jobs.progress import Progress
 from ...notebook import Notebook, Table
@@ -114,12 +114,14 @@ class Ramp(Notebook):
         return Jumps([jump for k, item in enumerate(self.directions)
                       for jump in jumps_of(item, self.values[k], self.amplitudes[k])])
 
+    @checked()
     def nearest(self, branches: Iterable) -> list[tuple]:
         """Return (jump, special point, distance of the parameter) for each jump: the nearest special point of some branches."""
         points = [point for branch in branches for point in branch.special_points]
         return [(jump, point, abs(point.parameter - jump.value)) for jump in self.jumps
                 for point in [min(points, key=lambda item: abs(item.parameter - jump.value), default=None)] if point is not None]
 
+    @checked()
     def plot(self, ax=None, measure: str = "max_0", branches=(), names=None):
         """Draw ``max_i`` or ``min_i`` over the parameter, up and down, with ``branches`` of `trace`; return the axes."""
         return plotting.plot_ramp(self, ax, measure, branches, names=names)
@@ -139,6 +141,7 @@ class Ramp(Notebook):
         return cls(system, header["parameter"], tuple(header["directions"]), **arrays,
                    message=header["message"])
 
+    @checked()
     def save(self, path) -> None:
         """Write it to an npz file."""
         io.write(path, *self.to_record())
@@ -148,6 +151,7 @@ class Ramp(Notebook):
         return f"Ramp({self.parameter} {' and '.join(self.directions)}, {self.values.shape[1]} values, jumps: {found or 'none'})"
 
 
+@checked()
 def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: int = 4, directions=DIRECTIONS, start=None,
          max_events: int = 2000, progress: bool = False) -> Ramp:
     """Return the motion while a parameter runs slowly up, and then down again: the run-up and run-down of a machine.

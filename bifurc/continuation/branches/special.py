@@ -5,6 +5,7 @@ from typing import Any, ClassVar, SupportsFloat
 
 import numpy as np
 
+from ...checks import checked
 from ...lazy import Later
 from ...notebook import Notebook, Table
 from ..grazing import grazing_of, sliding_class
@@ -108,6 +109,7 @@ class SpecialPoint(Notebook):
         """Parameters by name: one, or both at a point of a curve in two parameters."""
         return self.problem.parameters(self.x)
 
+    @checked()
     def certify(self, precision: int | None = None):
         """Prove the point in ball arithmetic, transversality included; see `bifurc.certify.certify_point`.
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import COUNT, array, checked, of, whole, word
 from .ensemble import diagram, exponents
 from .orbit import find_cycle
 
@@ -101,6 +102,7 @@ class Map:
         """Return the symbol of the piece that holds at a point (d,)."""
         raise NotImplementedError
 
+    @checked(x0=of(array, axes=(0, 1)), n=of(whole, least=0, most=10**8))
     def iterate(self, x0, n: int) -> np.ndarray:
         """Return x_0 .. x_n (n + 1, d)."""
         x = self._point(x0)
@@ -110,6 +112,7 @@ class Map:
             found[k + 1] = self.step(found[k])
         return found
 
+    @checked(n=COUNT, guess=of(array, axes=(0, 1)), itinerary=word)
     def find(self, n: int = 1, guess=None, itinerary: str | None = None) -> Any:
         """Return a cycle of period ``n``, see `orbit.MapOrbit`.
 
@@ -125,10 +128,12 @@ class Map:
         """
         return find_cycle(self, n, guess, itinerary)
 
+    @checked(x0=of(array, axes=(0, 1)), iterations=COUNT)
     def exponents(self, x0=None, iterations: int = 4000, starts: int = 64, transient: int = 1000) -> Any:
         """Return the Lyapunov exponents an iteration, see `ensemble.exponents`."""
         return exponents(self, x0, iterations, starts, transient)
 
+    @checked(x0=of(array, axes=(0, 1)))
     def diagram(self, parameter: str, values, x0=None, transient: int = 2000, keep: int = 128) -> Any:
         """Return the iterates that are left after a transient over values of a parameter, see `ensemble.MapDiagram`."""
         return diagram(self, parameter, values, x0, transient, keep)

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..checks import number, whole
+from ...checks import number, whole
 from ..kinds import EventKind
 from ..local import Affine, affine, rate, s, u, wave
 from ..mode import Algebraic, Guard, Mode

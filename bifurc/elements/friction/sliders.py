@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ...checks import number
 from ..atrow import AtRow
-from ..checks import number
 from ..local import u
 
 

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...elements.checks import choice, whole
+from ...checks import COUNT, checked, choice, whole
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
 from ...hbm.layout import Layout, listed
@@ -74,6 +74,7 @@ class HarmonicBalance:
             if not isinstance(self.harmonics, (int, np.integer)):
                 object.__setattr__(self, "harmonics", tuple(float(k) if k % 1 else int(k) for k in self.harmonics))
 
+    @checked(first=COUNT)
     def layout(self, n: int, periods: int = 1, first: int = AUTO_FIRST) -> Layout:
         """Return the layout for ``n`` degrees of freedom; "auto" gives harmonics up to ``first``."""
         return Layout(listed(first if self.harmonics == "auto" else self.harmonics, periods), n, periods)

@@ -14,6 +14,7 @@ import functools
 import numpy as np
 
 from ... import io
+from ...checks import checked
 from ...compose.scene import Scene, scene_of
 from ...enumerations import DescribedEnum
 from ...flow import settle
@@ -216,6 +217,7 @@ class Equilibrium(Notebook, Motion):
             return None
         return top < 0.0
 
+    @checked()
     def lyapunov_coefficient(self, dof: int = 0) -> float:
         """Return the first Lyapunov coefficient l1 at a Hopf point: r' = mu r + l1 r^3 for the amplitude r of a coordinate.
 
@@ -254,6 +256,7 @@ class Equilibrium(Notebook, Motion):
         return f"Equilibrium(q={where}, {stable}, {self.status})"
 
 
+@checked()
 def find_equilibrium(system: System, guess=None) -> Equilibrium:
     """Return a state of rest of a system without excitation.
 
