@@ -97,6 +97,14 @@ def choice(owner: str, name: str, value, allowed: tuple):
     raise refused(owner, name, value, f"one of {', '.join(map(repr, allowed))}")
 
 
+def several(owner: str, name: str, value, *, allowed: tuple[str, ...]) -> tuple[str, ...]:
+    """Return one word, or a list of words, as a tuple of different ones of ``allowed``, else raise ValueError."""
+    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
+    if not found or not all(isinstance(item, str) and item in allowed for item in found) or len(set(found)) < len(found):
+        raise refused(owner, name, value, f"{', '.join(map(repr, allowed))}, or several of them in a list")
+    return found
+
+
 def state(name: str, value, sizes: tuple[int, ...]) -> np.ndarray:
     """Return ``value`` as a finite float array of one of the lengths ``sizes``, else raise ValueError."""
     found = floats(value)
@@ -109,12 +117,6 @@ def state(name: str, value, sizes: tuple[int, ...]) -> np.ndarray:
     if not np.isfinite(found).all():
         raise ValueError(f"{name} = {shown(value)} must be finite")
     return found
-
-
-def following(owner: str, seed, tolerance, max_periods, max_events) -> dict:
-    """Return the options of finding attractors and following starts to them, checked, as results keep them."""
-    found = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
-    return {name: KINDS[name](owner, name, value) for name, value in found.items()}
 
 
 def switch(owner: str, name: str, value):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checks import PLACE, checked
+from ..checks import COUNT, checked
 from ..compose.scene import scene_of
 from ..continuation.tracing import ordered_bounds
 from ..ensemble.region import Region
@@ -20,7 +20,7 @@ LONGEST = 32  # longest attractors that are traced
 MOST_BRANCHES = 200
 
 
-@checked(checks=PLACE, trace=None)
+@checked(checks=COUNT, trace=None)
 def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mapping | None = None, probes: int = PROBES,
           checks: int = CHECKS, samples: int = SAMPLES, periods: int = PERIODS, longest: int = LONGEST,
           most_branches: int = MOST_BRANCHES, seed: int = 0, tolerance: float = 1e-4, max_periods: int = 1000,

@@ -13,7 +13,7 @@ from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.outcomes import CellState, coded
 from ...ensemble.section import Section
-from ...jobs.executors import user_parts, workers_of
+from ...jobs.executors import user_parts
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...renamed import deprecated
@@ -151,7 +151,7 @@ class BasinMap(LabelledStarts, Notebook):
         integrator = integrator_of(self.system, self.options["max_events"], self.section)
         targets = targets_of(self.attractors, self.radii, self.scale, self.section)
         own = Labeller(integrator, user_parts(self.system))
-        run = {"workers": workers_of("labeller", workers) or os.cpu_count() or 1, "executor": executor}
+        run = {"workers": workers or os.cpu_count() or 1, "executor": executor}
 
         def label(points: np.ndarray) -> np.ndarray:
             states = states_at(scene, self.grid.names, self.grid.at, np.asarray(points, float))

@@ -13,10 +13,10 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
-from ...checks import checked, following, whole
+from ...checks import array, checked, shown
 from ...compose.scene import scene_of
 from ...ensemble.region import Region
-from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
+from ...jobs.executors import run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -256,12 +256,9 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     values = _values(values)
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
-    check = partial(whole, "sweep")
-    options = following("sweep", seed, tolerance, max_periods, max_events)
+    options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
     job = {"what": "sweep", "system": system.to_record(), "elements": user_parts(system), "parameter": parameter,
-           "region": box.to_record(), "samples": check("samples", samples, least=1), "options": options}
-    chunk, workers = check("chunk", chunk, least=1), workers_of("sweep", workers)
-    check_executor(executor)
+           "region": box.to_record(), "samples": samples, "options": options}
 
     def compute(store: ChunkStore, key: str) -> Sweep:
         with Progress("sweep", len(values) * (1.0 + FOLLOWING), progress) as bar:
@@ -354,15 +351,10 @@ def _result(system, values, job, rows, failures, good, links: Links, key: str) -
 
 
 def _values(values, name: str = "values") -> np.ndarray:
-    try:
-        found = np.atleast_1d(np.asarray(values, float))
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.ndim != 1 or found.size == 0 or not np.isfinite(found).all():
-        raise ValueError(f"{name} = {values!r} is not allowed; it must be a row of finite numbers")
+    found = np.atleast_1d(array("", name, values, axes=(0, 1)))
     steps = np.diff(found)
     if not ((steps > 0).all() or (steps < 0).all()):
-        raise ValueError(f"{name} = {values!r} is not allowed; they must rise or fall, each only once")
+        raise ValueError(f"{name} = {shown(values)} is not allowed; they must rise or fall, each only once")
     return found
 
 

@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
-from ...checks import checked, whole
+from ...checks import checked
 from ...compose.scene import scene_of
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...ensemble.region import Region
-from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
+from ...jobs.executors import run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -207,15 +207,10 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     values = tuple(_values(item, name) for name, item in parameters.items())
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
-    check = partial(whole, "parameter_chart")
-    options = {"starts": check("starts", starts, least=1), "seed": check("seed", seed, least=0),
-               "transient": check("transient", transient, least=0),
-               "longest": check("longest", longest, least=1), "exponents": bool(exponents),
-               "max_events": check("max_events", max_events, least=1)}
+    options = {"starts": starts, "seed": seed, "transient": transient, "longest": longest, "exponents": exponents,
+               "max_events": max_events}
     common = {"system": system.to_record(), "elements": user_parts(system), "parameters": names, "region": box.to_record(),
               "options": options}
-    chunk, workers = check("chunk", chunk, least=1), workers_of("parameter_chart", workers)
-    check_executor(executor)
     cells = np.stack(np.meshgrid(*values, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def compute(store: ChunkStore, key: str) -> ParameterChart:

@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
-from ...checks import array, checked, of, whole
+from ...checks import array, checked, of, several, whole
 from ...compose.natural import natural_length
 from ...compose.scene import scene_of
 from ...ensemble.period_map import MAPPED, PeriodMap
-from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
+from ...jobs.executors import run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -128,7 +128,7 @@ def diagram_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     return {}, {"points": points, "outcomes": outcomes, "impacts": impacts, "periods": periods, "state": X}
 
 
-@checked(values=of(array, axes=(0, 1)), starts=None)
+@checked(values=of(array, axes=(0, 1)), starts=None, keep=of(whole, least=2), directions=of(several, allowed=DIRECTIONS))
 def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, directions=DIRECTIONS, transient: int = 300,
                         keep: int = 64, max_events: int = 2000, executor=None, workers: int | None = None, chunk: int = 25,
                         progress: bool = False, file=None) -> BifurcationDiagram:
@@ -177,22 +177,13 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
     values = np.sort(_values(np.sort(np.atleast_1d(np.asarray(values, float)))))
-    if not isinstance(directions, str | list | tuple):
-        raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
-    directions = (directions,) if isinstance(directions, str) else tuple(directions)
-    if not directions or len(set(directions)) < len(directions) or any(item not in DIRECTIONS for item in directions):
-        raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
     first = _starts(system, starts)
     scene = scene_of(system)
     length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max()))
     scale = np.full(scene.ns, length)
     scale[scene.n:2 * scene.n] *= float(scene.omega or 1.0)
-    check = partial(whole, "bifurcation_diagram")
     common = {"system": system.to_record(), "elements": user_parts(system), "parameter": parameter, "starts": first, "scale": scale,
-              "transient": check("transient", transient, least=0), "keep": check("keep", keep, least=2),
-              "max_events": check("max_events", max_events, least=1)}
-    chunk, workers = check("chunk", chunk, least=1), workers_of("bifurcation_diagram", workers)
-    check_executor(executor)
+              "transient": transient, "keep": keep, "max_events": max_events}
     for value in values:  # each value starts where the one before ended: an invalid one is told before any work
         system.with_parameters(**{parameter: float(value)})
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ... import io, plotting
-from ...checks import checked, state, whole
+from ...checks import checked, of, several, state, whole
 from ...compose.scene import scene_of
 from ...flow.simulate import simulate
 from ...jobs.progress import Progress
@@ -151,7 +151,7 @@ class Ramp(Notebook):
         return f"Ramp({self.parameter} {' and '.join(self.directions)}, {self.values.shape[1]} values, jumps: {found or 'none'})"
 
 
-@checked()
+@checked(steps=of(whole, least=2), directions=of(several, allowed=DIRECTIONS))
 def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: int = 4, directions=DIRECTIONS, start=None,
          max_events: int = 2000, progress: bool = False) -> Ramp:
     """Return the motion while a parameter runs slowly up, and then down again: the run-up and run-down of a machine.
@@ -202,16 +202,9 @@ def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: i
         raise ValueError(f"{system!r} is autonomous; a run-up needs an excitation (omega)")
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
-    try:
-        low, high = (float(value) for value in bounds)
-    except (TypeError, ValueError):
-        raise ValueError(f"bounds = {bounds!r} is not allowed; it must be (low, high)") from None
+    low, high = bounds
     if not (np.isfinite([low, high]).all() and low < high):
         raise ValueError(f"bounds = {bounds!r} is not allowed; it must be (low, high) with low below high")
-    directions = (directions,) if isinstance(directions, str) else tuple(directions)
-    if not directions or any(item not in DIRECTIONS for item in directions) or len(set(directions)) < len(directions):
-        raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
-    steps, periods = whole("ramp", "steps", steps, least=2), whole("ramp", "periods", periods, least=1)
     rising = np.linspace(low, high, steps)
     values = np.array([rising if item == "up" else rising[::-1] for item in directions])
     first = system.with_parameters(**{parameter: float(values[0, 0])})
