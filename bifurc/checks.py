@@ -10,7 +10,7 @@ import math
 import numbers
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -45,6 +45,8 @@ def is_real(value) -> bool:
 
 def floats(value) -> np.ndarray | None:
     """Return real numbers of any shape as a new float array; None where anything else is among them (words, True, None)."""
+    if isinstance(value, bytes | bytearray | memoryview):
+        return None
     try:
         given = np.asarray(value)
         if given.dtype.kind in "iuf" or given.dtype.kind == "O" and all(map(is_real, given.flat)):
@@ -162,6 +164,13 @@ def function(owner: str, name: str, value):
     return value
 
 
+def text(owner: str, name: str, value) -> str:
+    """Return ``value`` when it is a text, empty or not, else raise ValueError."""
+    if not isinstance(value, str):
+        raise refused(owner, name, value, "a text")
+    return value
+
+
 def mapping(owner: str, name: str, value):
     """Return ``value`` when it is a mapping of names, else raise ValueError."""
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
@@ -194,12 +203,13 @@ def pair(owner: str, name: str, value) -> tuple[float, float]:
 
 def many(owner: str, name: str, value, *, of: Kind, count: int | None = None) -> list:
     """Return a list of what is of one kind, else raise ValueError."""
-    if isinstance(value, Mapping | str | bytes) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) == 0:
+    try:
+        items = None if isinstance(value, Mapping | str | bytes | bytearray | memoryview) else list(value)
+    except Exception:  # no list, or what a foreign class raises
+        items = None
+    if items is None or count is not None and len(items) != count:
         raise refused(owner, name, value, f"a list{'' if count is None else f' of {count}'}")
-    found = [of(owner, f"{name}[{i}]", item) for i, item in enumerate(value)]
-    if count is not None and len(found) != count:
-        raise refused(owner, name, value, f"a list of {count}")
-    return found
+    return [of(owner, f"{name}[{i}]", item) for i, item in enumerate(items)]
 
 
 def either(*kinds: Kind, allowed: str) -> Kind:
@@ -241,10 +251,8 @@ def like(allowed: str, *names: str) -> Kind:
 
 def executor(owner: str, name: str, value):
     """Return ``value`` when chunks of work can be handed to it, else raise ValueError."""
-    if not (callable(value) or hasattr(value, "submit")):
-        raise refused(owner, name, value, "a concurrent.futures.Executor (or have its submit), a dask.distributed.Client, a "
-                      "function that makes one, or None for threads")
-    return value
+    return value if callable(value) else like("a concurrent.futures.Executor (or have its submit), a dask.distributed.Client, a "
+                                              "function that makes one, or None for threads", "submit")(owner, name, value)
 
 
 def of(kind: Callable, **limits) -> Kind:
@@ -310,6 +318,10 @@ AXES = instance("matplotlib.axes:Axes", "Axes of matplotlib")
 ELEMENTS = of(many, of=instance("bifurc.elements.element:Element", "an instance of Element"))
 MOVING = like("a motion, such as simulate and find_orbit give it", "sample", "events", "system")
 DRAWN = like("a branch, such as trace gives it", "column", "parameter", "special_points")
+SADDLE = like("an orbit or an EdgeState", "sections")
+SET = like("an UnstableSet or a StableSet", "points", "curves")
+EQUATIONS = like("a Problem, see bifurc.continuation.Problem", "x0", "scale", "residual", "jacobian", "correct")
+UNKNOWNS = of(array, axes=(0, 1))
 FED = of(choice, allowed=("displacement", "velocity"))
 COUNT, PLACE = of(whole, least=1), of(whole, least=0)
 POINTS = of(whole, least=1, most=10**8)  # as many as a memory holds

@@ -160,6 +160,7 @@ class System:
         """
         return importlib.import_module(".models.reducing", __package__).reduced_system(self, keep, modes, method)
 
+    @checked()
     def dof(self, name: str | int) -> int:
         """Return the number of a degree of freedom given by name."""
         return place_of(name, self.dofs, self.n)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import schur
 
+from .. import checks
 from ..checks import PLACE, POSITIVE, RATIO, checked, choice, number, of
 from ..compose.scene import scene_of
 from ..continuation.shooting.problem import OrbitProblem, orbit_problem
@@ -82,10 +83,10 @@ class OGYController:
         """The status as a sentence."""
         return self.status.sentence
 
-    @checked(state=None, limit=of(number, above=0.0, finite=False))
+    @checked(limit=of(number, above=0.0, finite=False))
     def correction(self, state, limit: float = np.inf) -> float:
         """Return the change of the parameter for a state (ns,) on the section; 0 where it would exceed the limit."""
-        change = -float(self.gain @ (np.asarray(state, float) - self.state))
+        change = -float(self.gain @ (checks.state("state", state, (self.state.size,)) - self.state))
         return change if abs(change) <= limit else 0.0
 
     @checked(limit=POSITIVE)
@@ -94,7 +95,6 @@ class OGYController:
 
         In units of the state; chaos enters it sooner or later, the wider the sooner.
         """
-        limit = number("window", "limit", limit, above=0.0)
         size = float(np.linalg.norm(self.gain))
         return np.inf if size == 0.0 else limit / size
 

@@ -89,7 +89,7 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     if history is not None:
         raise ValueError(f"history is not allowed; {system!r} has no delayed feedback")
     scene = scene_of(system)
-    t0, length = checked_length(scene, periods, duration, t0, max_events)
+    t0, length = checked_length(scene, periods, duration, t0)
     y0 = checked_state(scene, y0, t0)
     if not scene.tables.V.size:  # in modal coordinates a fast motion that has decayed costs nothing
         warn_if_slow(system)

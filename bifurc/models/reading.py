@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
-from ..checks import ELEMENTS, POSITIVE, checked, like, number
+from ..checks import ELEMENTS, POSITIVE, checked, like, number, path
 from ..structure.checks import Structure
 from ..structure.checks import checked as structure_of
 from ..system import System
@@ -64,6 +64,7 @@ class Model:
         return f"Model({self.source}: {self.structure.report})"
 
 
+@checked(mass=path, stiffness=path, damping=path, gyroscopic=path)
 def read(path: str | os.PathLike | None = None, *, mass=None, stiffness=None, damping=None, gyroscopic=None,
          dofs: Sequence | None = None, symmetric: bool = True) -> Model:
     """Read the matrices of a linear structure.

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from ..checks import checked, like
+from ..checks import SET, checked, like
 from . import style
 from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
@@ -246,7 +246,7 @@ def _edges(centres: np.ndarray) -> np.ndarray:
 
 
 @style.styled
-@checked(edge=like("an EdgeState", "basins", "saddle"), unstable=None, stable=None)
+@checked(edge=like("an EdgeState", "basins", "saddle"), unstable=SET, stable=SET)
 def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: Any = None) -> Axes:
     """Draw a basin map with the saddle on the boundary of two basins, and its unstable and stable sets.
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import floats, refused
 from .names import dof_names
 
 ROUNDING = 1e-9  # relative asymmetry that is one of rounding, and is taken out
@@ -95,19 +96,17 @@ def dense(name: str, matrix: Any) -> np.ndarray:
     ------
     ValueError
     """
-    if hasattr(matrix, "toarray"):
+    if hasattr(type(matrix), "toarray"):
         if max(matrix.shape) > LARGEST:
             raise ValueError(f"from_matrices: {name} has shape {matrix.shape}; up to {LARGEST} degrees of freedom are taken. "
                              "Reduce the model where it was made (a superelement of its contact nodes) and read that")
         matrix = matrix.toarray()
-    array = np.asarray(matrix)
-    if array.dtype.kind == "c":
+    if isinstance(matrix, np.ndarray) and matrix.dtype.kind == "c":
         raise ValueError(f"from_matrices: {name} is complex; structural damping has no free motion in time. Give viscous damping "
                          "(bf.modal_damping) and the real stiffness")
-    try:
-        array = np.array(array, float)
-    except (TypeError, ValueError):
-        raise ValueError(f"from_matrices: {name} = {matrix!r} is not a matrix of numbers") from None
+    array = floats(matrix)
+    if array is None:
+        raise refused("from_matrices", name, matrix, "a matrix of numbers")
     if array.ndim == 0:
         array = array.reshape(1, 1)
     if array.ndim != 2 or array.shape[0] != array.shape[1] or not array.size:

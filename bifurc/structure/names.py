@@ -1,6 +1,8 @@
 """Names of degrees of freedom: ``node.direction``, such as ``tip.uy``."""
 from collections.abc import Iterable, Sequence
 
+from ..checks import many, refused, whole
+
 
 def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str, ...] | None:
     """Return names of ``n`` degrees of freedom, from names or from pairs (node, direction); None stays None.
@@ -12,12 +14,7 @@ def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str
     """
     if dofs is None:
         return None
-    made = []
-    for item in dofs:
-        name = item if isinstance(item, str) else ".".join(str(part) for part in item) if isinstance(item, tuple | list) else None
-        if not name:
-            raise ValueError(f"{owner}: dofs contain {item!r}; they must be names such as 'tip.uy', or pairs such as ('tip', 'uy')")
-        made.append(name)
+    made = many(owner, "dofs", dofs, of=_name)
     if len(made) != n:
         raise ValueError(f"{owner}: dofs has {len(made)} names; there are {n} degrees of freedom")
     doubled = sorted({name for name in made if made.count(name) > 1}) if len(set(made)) < n else []
@@ -43,7 +40,12 @@ def place_of(dof: str | int, names: Sequence[str] | None, n: int, owner: str = "
         near = [name for name in names if name.split(".")[0] == node] or list(names[:8])
         raise ValueError(f"{owner}: there is no degree of freedom {dof!r}; there are {', '.join(near[:8])}"
                          f"{' ...' if len(names) > len(near[:8]) else ''}")
-    place = int(dof)
-    if not 0 <= place < n:
-        raise ValueError(f"{owner}: dof = {dof!r} is not allowed; it must be 0 .. {n - 1}")
-    return place
+    return whole(owner, "dof", dof, least=0, most=n - 1)
+
+
+def _name(owner: str, argument: str, item) -> str:
+    """Return a name from a name or a pair (node, direction)."""
+    name = item if isinstance(item, str) else ".".join(str(part) for part in item) if isinstance(item, tuple | list) else None
+    if not name:
+        raise refused(owner, argument, item, "a name such as 'tip.uy', or a pair such as ('tip', 'uy')")
+    return name

@@ -13,12 +13,14 @@ import math
 import pathlib
 import re
 import signal
+import tempfile
 import types
 import warnings
 from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
+import scipy.io
 
 import bifurc as bf
 from bifurc import elements as el
@@ -71,7 +73,7 @@ class Pair:
 
 
 NOTHING, HOSTILE, GENERATOR = object(), Hostile(), (i for i in ())
-STRANGE = [NOTHING, HOSTILE, GENERATOR, Pair(), bf.System, math, b"omega", {"a": 1}, {1, 2}, 1j, range(0), memoryview(b"ab"), Ellipsis]
+STRANGE = [NOTHING, HOSTILE, GENERATOR, Pair(), bf.System, math, b"omega", {"a": 1}, {1, 2}, 1j, range(0), memoryview(b"ab"), ...]
 LISTS = [[], [1.0, 2.0], (0.5, 1.5, 2.5), np.array([1.0, 2.0]), np.zeros((2, 2)), ["a"], [None], [[1.0], [2.0, 3.0]], np.array([])]
 WORDS = ["", "x", "1.0", "nonsense", "omega ", np.str_("nonsense")]
 BOOLS = [True, False, np.True_, np.array(True)]
@@ -100,6 +102,7 @@ WRONG = {  # what an argument of a kind cannot be
     "values": [*NO_LIST, [], [math.inf], [[1.0], [1.1]], [True, "a"]], "range": [*NO_RANGE, *STRANGE, *WORDS, None],
     "mapping": NO_MAPPING, "filled": [*NO_MAPPING, {}, None], "path": [*STRANGE[:4], *LISTS, *BOOLS, 3, 2.5, "", "a\0b", None, b"omega"],
     "folder": ["/nowhere/at/all.npz", "/dev/null", "/tmp", "", "a\0b", 3, NOTHING, HOSTILE, [], True, 2.5],
+    "seat": [*STRANGE, *LISTS, *BOOLS, 1.5, -3, None, 10**30], "member": [*NO_WHOLE, 99], "trace": [],
     "matrix": [*STRANGE, *WORDS, *BOOLS, *BROKEN, [[1.0, 2.0]], [["a"]], [[1.0, math.inf], [0.0, 1.0]], [], [[[1.0]]], None],
     "elements": [3, [3], [bf.systems], "abc", [el.RigidStop], b"ab", NOTHING, HOSTILE, {"a": 1}, [None], np.array(1.0), [HOSTILE], True],
     "classes": [3, [3], "abc", [None], NOTHING, HOSTILE, {"a": 1}, True, [HOSTILE]],
@@ -109,7 +112,6 @@ WRONG = {  # what an argument of a kind cannot be
     "signed": [*NO_NUMBER, 1.5, 10**30, 99, -99], "harmonics": [*STRANGE[:10], *BOOLS, *BROKEN, "x", "", 0, -1, 1.5, (1, 1),
                                                                         (1.0, -1.0), (0.0,), [math.nan], ["a"], [], (True, 2), None],
     "directions": [*NO_OBJECT[:-1], ("up", "up"), ("q0", "sideways"), "sideways", None, ["up", 3]],
-    "options": [3, "ab", [1], {"nope": 1}, {"ds": "x"}, {"max_steps": -1}, NOTHING, HOSTILE, True, {3: 1}],
     "place": [*STRANGE, *LISTS, *BOOLS, 1.5, -3, None, "nonsense", 10**30],
 }
 KIND = {name: kind for kind, names in {
@@ -120,7 +122,8 @@ KIND = {name: kind for kind, names in {
     "force load_amplitude load_phase amplitude_x amplitude_y load_middle load_end contact_damping size static_ratio p section",
     "positive": "period omega nu ds ds_max ds_min distance mass_ratio radius limit_ low high stiffness_ratio limit width height "
                 "speed_ratio delay", "ratio": "duration memory noise h friction damping",
-    "share": "tolerance", "index": "x against_x against_y transient max_steps dof mode component group seed audit checks label start_ i axis",
+    "share": "tolerance", "index": "x against_x against_y transient max_steps mode seed audit start_ i",
+    "member": "dof label group axis component",
     "count": "periods max_events max_periods batches longest most_branches workers chunk keep most steps cells side_ rate probes precision "
              "iterations n_max least first harmonic load_harmonic columns rows",
     "points": "samples n frames count", "flag": "exponents stretches symmetric browser odd closed points_", "switch": "progress",
@@ -129,7 +132,7 @@ KIND = {name: kind for kind, names in {
     "function": "jacobian stop record say plot_", "pair": "bounds pair dofs_", "values": "values amplitudes ratios frequencies",
     "mapping": "at window", "filled": "region parameters", "path": "path out", "folder": "file", "elements": "elements",
     "executor": "executor method history", "names": "names", "axes": "ax axes saddle unstable stable", "matrix": "M C K G mass stiffness",
-    "signed": "stopped loaded", "place": "keep site", "directions": "directions periodic", "harmonics": "harmonics", "options": "trace",
+    "signed": "stopped loaded", "place": "keep site", "directions": "directions periodic", "harmonics": "harmonics", "trace": "trace",
     "array": "t", "list": "loads load_amplitudes load_phases branches attractors known monitors peaks row limits stiffnesses", "dofs": "dofs",
 }.items() for name in names.split()}
 """Names of arguments by kind; those with an underscore keep a name out of a kind."""
@@ -170,8 +173,11 @@ def made() -> dict[str, Any]:
     found["controller"] = bf.control.ogy(found["saddle"], "amplitude")
     found["controlled"] = found["controller"].simulate(found["saddle"].state, periods=3, limit=0.1)
     found["delayed_orbit"] = bf.find_orbit(bf.System(1.0, 0.2, 1.0, [el.HarmonicForce(0.3)], omega=1.3))
-    found["delayed"] = bf.System(1.0, 0.2, 1.0, [el.HarmonicForce(0.3), el.DelayedFeedback(0.1, delay=2.0 * math.pi / 1.3)], omega=1.3)
+    found["delayed"] = bf.System(1.0, 0.2, 1.0, [el.HarmonicForce(0.3), el.DelayedFeedback(0.1, delay=1.0)], omega=1.3)
     found["smooth"] = bf.continuation.maps.SquareRootMap(lam=0.5, mu=0.1)
+    found["file"] = f"{tempfile.mkdtemp()}/matrix.mtx"
+    scipy.io.mmwrite(found["file"], np.eye(2), symmetry="general")
+    found["friction"] = bf.systems.jenkins_oscillator()
     found["figure"] = bf.plotting.figure()[0]
     return found
 
@@ -230,7 +236,7 @@ def bases(m) -> dict[str, dict]:
         "ramp": {"system": A, "parameter": "omega", "bounds": (1.4, 1.41), "steps": 2, "periods": 1},
         "parameter_chart": {"system": A, "parameters": {"omega": [1.4], "gap": [1.0]}, "region": region, "starts": 1, "transient": 2,
                             "longest": 2},
-        "load": {"path": "/nowhere/nothing.npz"}, "read": {"path": "/nowhere/nothing.mtx"},
+        "load": {"path": "/nowhere/nothing.npz"}, "read": {"mass": m["file"], "stiffness": m["file"]},
         "from_ross": {"rotor": types.SimpleNamespace(M=matrix, C=matrix, K=matrix, G=matrix, number_dof=4), "speed": 1.0},
         "modal_damping": {"M": np.eye(2), "K": np.eye(2), "ratios": [0.1]}, "rayleigh_damping": {"M": np.eye(2), "K": np.eye(2), "beta": 0.1},
         "control.controlled_multipliers": {"orbit": m["saddle"], "of": "displacement", "gain": 0.1},
@@ -335,13 +341,17 @@ def arguments(case: Case) -> dict[str, str]:
         if kind is None and (type(item.default) is float or item.annotation in (float, "float", float | None, "float | None")):
             kind = "number"
         found[name] = kind
+    if case.name.startswith("elements."):
+        found |= {name: kind for name, kind in (("dof", "seat"), ("label", "label")) if name in found}
+        if "side" in found:  # a wall may stand still
+            found["harmonic"] = "index"
     return found
 
 
 def draw(seed: int, count: int):
     """Yield malformed calls (case, argument, value), each kind of case as often as it has arguments."""
     rng = np.random.default_rng(seed)
-    everything = [(case, name, kind) for case in cases() for name, kind in arguments(case).items() if kind is not None]
+    everything = [(case, name, kind) for case in cases() for name, kind in arguments(case).items() if kind is not None and WRONG[kind]]
     for k in rng.permutation(np.arange(count) % len(everything)).tolist():
         case, name, kind = everything[k]
         default = inspect.signature(case.function).parameters[name].default
@@ -350,7 +360,7 @@ def draw(seed: int, count: int):
             continue
         while True:
             value = WRONG[kind][rng.integers(len(WRONG[kind]))]
-            if value is None and default is None or isinstance(value, type(GENERATOR)) and kind == "elements":
+            if value is None and default is None or isinstance(value, types.GeneratorType) and kind in ("list", "elements"):
                 continue
             break
         yield case, name, (i for i in ()) if isinstance(value, types.GeneratorType) else value
@@ -387,6 +397,7 @@ def verdict(case: Case, argument: str, value, limit: float = 20.0) -> tuple[str,
     except (ValueError, TypeError, OSError, KeyError, MemoryError) as error:
         text = str(error)
         named = re.search(rf"\b{re.escape(argument)}\b", text) or (isinstance(value, dict) and any(str(key) in text for key in value))
+        named = named or isinstance(value, str) and len(value) > 2 and value in text
         named = named or (len(show(value)) > 2 and show(value) in text) or (isinstance(value, str) and repr(value) in text)
         return ("good" if named and not DEEP.search(text) else "confusing"), f"{type(error).__name__}: {text}"
     except Exception as error:  # whatever else a call raises is confusing: that is what is looked for

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.stats import beta
 
 from ... import io, plotting
-from ...checks import COUNT, checked
+from ...checks import COUNT, PLACE, checked, either, like, whole
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...enumerations import DescribedEnum
@@ -205,16 +205,18 @@ class CellMap(Notebook):
 
     def points(self, label: int) -> np.ndarray:
         """Return the points (k, d) of an attractor at phase 0, in the components of the grid."""
-        found = self.attractors[label].sections
+        found = self.attractors[whole("points", "label", label, least=0, most=len(self.attractors) - 1)].sections
         return found[:, self._places] if isinstance(self.system, System) else found
 
     @property
     def _places(self) -> list[int]:
         return list(self.grid.places(self.system.n, scene_of(self.system).ns))
 
+    @checked(group=either(PLACE, like("a group", "cells"), allowed="the number of a group, or a group"))
     def density(self, group: int | Group) -> np.ndarray:
         """Return the stationary probabilities of the cells of a closed group, zero elsewhere, in the shape of the grid."""
-        item = self.groups[group] if isinstance(group, (int, np.integer)) else group
+        number = isinstance(group, int)
+        item = self.groups[whole("density", "group", group, least=0, most=len(self.groups) - 1)] if number else group
         cells = np.sort(item.cells)
         field_ = np.zeros(self.grid.size)
         field_[cells] = stationary(self.matrix, cells)

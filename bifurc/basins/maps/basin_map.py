@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ... import io, plotting
-from ...checks import checked
+from ...checks import SET, checked, whole
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -191,6 +191,7 @@ class BasinMap(LabelledStarts, Notebook):
 
     def points(self, label: int) -> np.ndarray:
         """Return the states (k, ns) of an attractor at phase 0, or in the section."""
+        label = whole("points", "label", label, least=0, most=len(self.attractors) - 1)
         return section_points(self.attractors[label], self.section)
 
     @cached_property
@@ -225,7 +226,7 @@ class BasinMap(LabelledStarts, Notebook):
         lines.append(self.reliability.statement)
         return "\n".join(lines)
 
-    @checked(saddle=None, unstable=None, stable=None)
+    @checked(saddle=None, unstable=SET, stable=SET)
     def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels", stable=None, names=None):
         """Draw the map with its attractors; return the axes.
 

@@ -3,6 +3,8 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import whole
+
 
 class LabelledStarts:
     """Starts over two or more components of the state, with the attractor that each leads to.
@@ -24,7 +26,7 @@ class LabelledStarts:
 
     def points(self, label: int) -> np.ndarray:
         """Return the states (k, ns) of an attractor at phase 0."""
-        return self.attractors[label].sections
+        return self.attractors[whole("points", "label", label, least=0, most=len(self.attractors) - 1)].sections
 
     def entropy(self, side: int = 5) -> Any:
         """Return basin and boundary entropy over boxes of ``side`` cells; None: not known."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ... import plotting
-from ...checks import checked
+from ...checks import checked, many, of, word
 from ..branches.branch import Branch
 from ..branches.special import SpecialPoint
 from ..families import family_of
@@ -87,7 +87,7 @@ def renamed(parameter, points):
     return kept
 
 
-@checked(bounds=None)
+@checked(parameters=of(many, of=word, count=2), bounds=None)
 def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
                 stop=None, record=None, progress=None) -> ParameterCurve:
     """Follow a special point of a branch in two parameters.

@@ -14,7 +14,7 @@ import functools
 import numpy as np
 
 from ... import io
-from ...checks import checked
+from ...checks import checked, floats, refused
 from ...compose.scene import Scene, scene_of
 from ...enumerations import DescribedEnum
 from ...flow import settle
@@ -334,11 +334,13 @@ def _guess(scene: Scene, guess) -> np.ndarray:
     if guess is None:
         given = np.zeros(scene.ns)
     else:
-        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else np.asarray(guess, float)
+        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else floats(guess)
+    if given is None:
+        raise refused("find_equilibrium", "guess", guess, "positions, a state, an Equilibrium or an orbit")
     if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
         raise ValueError(f"guess has shape {given.shape}; it must be ({scene.n},) positions, or a state ({scene.ns},)")
     if not np.isfinite(given).all():
-        raise ValueError(f"guess = {guess!r} must be finite")
+        raise refused("find_equilibrium", "guess", guess, "finite")
     x = np.zeros(scene.ns + scene.nw)
     x[:given.size], x[scene.ns] = given, 1.0
     x[scene.n:2 * scene.n] = 0.0
