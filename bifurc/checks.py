@@ -316,14 +316,17 @@ EDGE = instance("bifurc.basins.boundaries.edges:EdgeState", "an EdgeState, see e
 METHOD = instance("bifurc.orbits.balance.method:HarmonicBalance", "a HarmonicBalance, such as HarmonicBalance(harmonics=7)")
 AXES = instance("matplotlib.axes:Axes", "Axes of matplotlib")
 ELEMENTS = of(many, of=instance("bifurc.elements.element:Element", "an instance of Element"))
+COUNT, PLACE = of(whole, least=1), of(whole, least=0)
 MOVING = like("a motion, such as simulate and find_orbit give it", "sample", "events", "system")
 DRAWN = like("a branch, such as trace gives it", "column", "parameter", "special_points")
 SADDLE = like("an orbit or an EdgeState", "sections")
 SET = like("an UnstableSet or a StableSet", "points", "curves")
 EQUATIONS = like("a Problem, see bifurc.continuation.Problem", "x0", "scale", "residual", "jacobian", "correct")
 UNKNOWNS = of(array, axes=(0, 1))
+_ONE = either(PLACE, word, allowed="a number or a name")
+KEPT = either(_ONE, of(many, of=either(_ONE, of(many, of=_ONE, count=2), allowed="a number, a name or a pair (node, direction)")),
+              allowed="degrees of freedom: numbers, names or pairs (node, direction)")
 FED = of(choice, allowed=("displacement", "velocity"))
-COUNT, PLACE = of(whole, least=1), of(whole, least=0)
 POINTS = of(whole, least=1, most=10**8)  # as many as a memory holds
 POSITIVE = of(number, above=0.0)
 RATIO = of(number, least=0.0)

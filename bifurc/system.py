@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .checks import DECLARED, ELEMENTS, PLACE, POSITIVE, SYSTEM, checked, choice, floats, number, of, refused, shown
+from .checks import DECLARED, ELEMENTS, KEPT, PLACE, POSITIVE, SYSTEM, checked, choice, floats, number, of, refused, shown
 from .elements import BUILT_IN, Core, Element
 from .elements.element import tupled
 from .elements.friction.together import leaders
@@ -127,7 +127,7 @@ class System:
         return importlib.import_module(".models.assembling", __package__).system_from_matrices(
             M, C, K, G=G, dofs=dofs, elements=elements, omega=omega, symmetric=symmetric)
 
-    @checked(keep=None, modes=PLACE, method=of(choice, allowed=("rubin", "craig-bampton", "massless")))
+    @checked(keep=KEPT, modes=PLACE, method=of(choice, allowed=("rubin", "craig-bampton", "massless")))
     def reduced(self, keep, modes: int = 12, method: str = "rubin") -> "System":
         """Return the system in some of its coordinates and a few modes, with its elements; `reduction` tells the errors.
 

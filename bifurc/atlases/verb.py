@@ -9,6 +9,7 @@ from ..compose.scene import scene_of
 from ..continuation.tracing import ordered_bounds
 from ..ensemble.region import Region
 from ..jobs.executors import check_executor, user_parts
+from ..jobs.resumable import replaceable
 from ..jobs.store import ChunkStore, finished
 from ..system import System
 from .result import Atlas
@@ -107,6 +108,8 @@ def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mappin
            "samples": _whole("samples", samples), "options": starts}
     store = ChunkStore(None if file is None else f"{Path(file)}.chunks",
                        {"what": "atlas", **job, "atlas": options, "bounds": [low, high], "parameter": parameter})
+    if file is not None:
+        replaceable(file, "atlas")
     ready = finished(file, "atlas", store.key)
     if ready is not None:
         store.clear()

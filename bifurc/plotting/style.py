@@ -16,7 +16,7 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..checks import COUNT, POSITIVE, checked, like
+from ..checks import COUNT, POSITIVE, checked, like, refused
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
@@ -84,7 +84,7 @@ def checked_names(names: Mapping[str, str]) -> dict[str, str]:
         When it is no mapping of text to text.
     """
     if not isinstance(names, Mapping) or not all(isinstance(item, str) for pair in names.items() for item in pair):
-        raise ValueError(f"names = {names!r} is not allowed; it must map names to labels, such as {{'omega': 'speed (rad/s)'}}")
+        raise refused("", "names", names, "a mapping of names to labels, such as {'omega': 'speed (rad/s)'}")
     return dict(names)
 
 

@@ -18,6 +18,7 @@ def _bench(elements, omega: float) -> System:
 
 def _chain(owner, spring, contact, limits, closed, load_amplitude, load_harmonic, load_phase):
     """Return a bar or ring whose contacts share the variation of their load; None: a constant load."""
+    whole(owner, "load_harmonic", load_harmonic, least=1)
     if load_amplitude is None:
         if load_phase is not None:
             raise ValueError(f"{owner}: load_phase = {load_phase!r} is not allowed with a constant load; "
@@ -113,7 +114,8 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
     ----------
     Zhao & Lin, J. NUDT 37 (2015), example 1 in micrometres with the total load in newtons.
     """
-    whole("micro_slip_ring", "n", n, least=1)
+    whole("micro_slip_ring", "n", n, least=1, most=10_000)
+    number("micro_slip_ring", "friction", friction, least=0.0)
     block = length / n
     ring = _chain("micro_slip_ring", modulus * area / block, contact * width * block, (friction * load / n,) * n, True,
                   load_amplitude, load_harmonic, load_phase)
@@ -161,7 +163,8 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
     ----------
     Zhao & Lin, J. NUDT 37 (2015), example 2 in micrometres.
     """
-    whole("micro_slip_strip", "n", n, least=1)
+    whole("micro_slip_strip", "n", n, least=1, most=10_000)
+    number("micro_slip_strip", "friction", friction, least=0.0)
     block = length / n
     if loads is None:
         places = [(2.0 * i - (n - 1)) / max(n - 1, 1) for i in range(n)]
@@ -213,7 +216,8 @@ def friction_damped_oscillator(*, omega: float = 90.0, normal_load: float = 100.
     """
     name = "friction_damped_oscillator"
     choice(name, "damper", damper, ("macro", "micro"))
-    whole(name, "n", n, least=1)
+    whole(name, "n", n, least=1, most=10_000)
+    number(name, "friction", friction, least=0.0)
     number(name, "normal_load", normal_load, least=0.0)
     number(name, "span", span, above=0.0)
     strip = MicroSlip(spring=contact * (n / span) ** 2, contact=contact, limits=(1.0 / n,) * n).iwan()  # friction force 1

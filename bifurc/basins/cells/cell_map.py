@@ -302,6 +302,7 @@ class CellMap(Notebook):
     @checked()
     def plot(self, ax=None, field: str = "labels", group: int = 0):
         """Draw the labels with the attractors, or the "doubt", "time" or "density" of each cell; return the axes."""
+        group = whole("plot", "group", group, least=0, most=max(len(self.groups) - 1, 0))
         return plotting.plot_cells(self, ax, field, group)
 
     @checked(least=COUNT)

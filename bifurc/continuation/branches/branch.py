@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import io, plotting
-from ...checks import checked, word
+from ...checks import checked, floats, refused, word
 from ...notebook import Notebook
 from ..kinds import End, StopReason
 from ..registry import EXTEND, named
@@ -239,7 +239,9 @@ class Branch(Notebook):
 
         In the unit of the measure, between rows linearly; infinite where the branch does not reach the parameter.
         """
-        found = np.asarray(points, float)
+        found = floats(points)
+        if found is None:
+            raise refused("distance", "points", points, "pairs (parameter, measure), shape (k, 2)")
         if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():
             raise ValueError(f"points has shape {found.shape}; it must hold finite pairs (parameter, measure), shape (k, 2)")
         p, y = self.column("parameter"), self.column(measure)

@@ -3,9 +3,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
-from ...checks import number
+from ...checks import number, vector
 from ..atrow import AtRow
 from ..local import u
 
@@ -22,11 +20,9 @@ class Sliders(AtRow):
     def __post_init__(self):
         super().__post_init__()
         for field, allowed in self.tuples.items():
-            value = getattr(self, field)
-            if np.ndim(value) != 1 or not len(value):
-                raise self.no_list(field)
-            value = tuple(number(type(self).__name__, f"{field}[{i}]", item, **allowed) for i, item in enumerate(value))
-            object.__setattr__(self, field, value)
+            owner = type(self).__name__
+            value = vector(owner, field, getattr(self, field))
+            object.__setattr__(self, field, tuple(number(owner, f"{field}[{i}]", item, **allowed) for i, item in enumerate(value)))
 
     def no_list(self, field: str) -> ValueError:
         """Return the error of a field that is not one number a slider."""

@@ -14,7 +14,7 @@ import functools
 import numpy as np
 
 from ... import io
-from ...checks import checked, floats, refused
+from ...checks import checked, floats, refused, whole
 from ...compose.scene import Scene, scene_of
 from ...enumerations import DescribedEnum
 from ...flow import settle
@@ -237,7 +237,7 @@ class Equilibrium(Notebook, Motion):
         ----------
         Y. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), eqs. 3.18 and 5.39.
         """
-        return lyapunov_coefficient(self, dof)
+        return lyapunov_coefficient(self, whole("lyapunov_coefficient", "dof", dof, least=0, most=self.system.n - 1))
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
