@@ -186,7 +186,8 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     # of a size that the motion feels: one would be lost in the rounding of stiff systems
     gain = float(np.abs(orbit.system.mass).max()) * natural_rate(T) ** (2 if of == "displacement" else 1)
     stiffness, damping = (gain, 0.0) if of == "displacement" else (0.0, gain)
-    units = [LinearSpring(stiffness=stiffness, damping=damping, **place) for place in places(row)]
+    where = orbit.system.dof(row) if isinstance(row, str) else row
+    units = [LinearSpring(stiffness=stiffness, damping=damping, **place) for place in places(where)]
     C = np.zeros((len(units), scene.ns))
     for c, unit in zip(C, units, strict=True):
         c[slice(0, scene.n) if of == "displacement" else slice(scene.n, 2 * scene.n)] = unit.site(scene.n).R[0]

@@ -16,6 +16,12 @@ def _bench(elements, omega: float) -> System:
     return System(1.0, omega, omega**2, elements, omega=omega)
 
 
+def _sizes(owner: str, **values) -> None:
+    """Raise ValueError unless all are above 0."""
+    for name, value in values.items():
+        number(owner, name, value, above=0.0)
+
+
 def _chain(owner, spring, contact, limits, closed, load_amplitude, load_harmonic, load_phase):
     """Return a bar or ring whose contacts share the variation of their load; None: a constant load."""
     whole(owner, "load_harmonic", load_harmonic, least=1)
@@ -116,6 +122,7 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
     """
     whole("micro_slip_ring", "n", n, least=1, most=10_000)
     number("micro_slip_ring", "friction", friction, least=0.0)
+    _sizes("micro_slip_ring", length=length, area=area, modulus=modulus, width=width, contact=contact)
     block = length / n
     ring = _chain("micro_slip_ring", modulus * area / block, contact * width * block, (friction * load / n,) * n, True,
                   load_amplitude, load_harmonic, load_phase)
@@ -165,6 +172,7 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
     """
     whole("micro_slip_strip", "n", n, least=1, most=10_000)
     number("micro_slip_strip", "friction", friction, least=0.0)
+    _sizes("micro_slip_strip", length=length, area=area, modulus=modulus, width=width, contact=contact)
     block = length / n
     if loads is None:
         places = [(2.0 * i - (n - 1)) / max(n - 1, 1) for i in range(n)]

@@ -155,6 +155,7 @@ WRONG = {  # what an argument of a kind cannot be
         True,
         2.5,
     ],
+    "filled_matrix": [*STRANGE, *WORDS, *BOOLS, *BROKEN, [[1.0, 2.0]], [["a"]], [[1.0, math.inf], [0.0, 1.0]], [], [[[1.0]]]],
     "seat": [*STRANGE, *LISTS, *BOOLS, 1.5, -3, None, 10**30],
     "member": [*NO_WHOLE, 99],
     "trace": [],
@@ -217,7 +218,7 @@ KIND = {
         "share": "tolerance",
         "index": "x against_x against_y transient max_steps mode seed audit start_ i",
         "member": "dof label group axis component",
-        "count": "periods max_events max_periods batches longest most_branches workers chunk keep most steps cells side_ rate probes precision "
+        "count": "checks periods max_events max_periods batches longest most_branches workers chunk keep most steps cells side_ rate probes precision "
         "iterations n_max least first harmonic load_harmonic columns rows",
         "points": "samples n frames count",
         "flag": "exponents stretches symmetric browser odd closed points_",
@@ -302,6 +303,13 @@ def made() -> dict[str, Any]:
     pathlib.Path(PLACE, "foreign.txt").write_text("not ours")
     os.mkfifo(f"{PLACE}/fifo")
     found["friction"] = bf.systems.jenkins_oscillator()
+    found["stable"], found["unstable"] = found["edge"].stable_set(periods=2), found["edge"].unstable_set(periods=2)
+    found["refined"] = bf.refined_basins(A, found["grid"], max_periods=100)
+    found["model"] = bf.read(mass=found["file"], stiffness=found["file"])
+    found["reduction"] = found["reduced"].reduction
+    found["map diagram"] = found["smooth"].diagram("mu", [0.1, 0.2], transient=5, keep=3)
+    found["feedback"] = bf.control.feedback_range(found["saddle"], samples=5)
+    found["branch"].save(f"{PLACE}/branch.npz")
     found["figure"] = bf.plotting.figure()[0]
     return found
 
@@ -327,7 +335,6 @@ NOT_CALLED = {  # what a user never calls: the protocol of elements and problems
     "differs_in_omega_only",
     "with_audit",
     "with_labels",
-    "with_parameters",
     "balance",
     "condensed",
     "x",
@@ -348,7 +355,6 @@ NOT_CALLED = {  # what a user never calls: the protocol of elements and problems
     "piece_of",
     "to_xarray",
     "to_pandas",
-    "load",
 }
 RECORDS = {  # results: the package makes them
     "Trajectory",
@@ -473,7 +479,7 @@ def bases(m) -> dict[str, dict]:
             "transient": 2,
             "longest": 2,
         },
-        "load": {"path": "/nowhere/nothing.npz"},
+        "load": {"path": f"{PLACE}/branch.npz"}, "Branch.load": {"path": f"{PLACE}/branch.npz"},
         "read": {"mass": m["file"], "stiffness": m["file"]},
         "from_ross": {"rotor": types.SimpleNamespace(M=matrix, C=matrix, K=matrix, G=nothing, number_dof=4), "speed": 1.0},
         "modal_damping": {"M": np.eye(2), "K": np.eye(2), "ratios": [0.1]},
@@ -543,28 +549,22 @@ def bases(m) -> dict[str, dict]:
     }
 
 
-SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of their names
-    "simulate": {"periods": "ratio"},
-    "find_orbit": {"periods": "count"},
-    "lyapunov_exponents": {"periods": "count", "y0": "start"},
-    "Branch.distance": {"points": "list"},
-    "Branch.plot": {"points": "list"},
-    "ParameterCurve.plot": {"points": "list"},
-    "plotting.plot_branch": {"points": "flag"},
-    "plotting.plot_curve": {"points": "flag"},
-    "System.parameter": {"name": "named"},
-    "System.parameter_name": {"name": "named"},
-    "System.dof": {"name": "place"},
-    "explore.serve": {"path": "label"},
-    "System.recover": {"y": "states"},
-    "systems.macro_slip_contact": {"harmonic_y": "count"},
-    "OGYController.correction": {"state": "state"},
-    "parameter_chart": {"starts": "count"},
-    "bifurcation_diagram": {"starts": "start"},
-    "elements.LinearSpring": {"damping": "number"},
-    "control.ogy": {"method": "choice"},
-    "System.reduced": {"method": "choice", "keep": "place", "modes": "index"},
-    "read": {"mass": "path", "stiffness": "path", "damping": "path", "gyroscopic": "path"},
+SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of their names, or have no name in the signature
+    "simulate": {"periods": "ratio"}, "lyapunov_exponents": {"y0": "start"}, "bifurcation_diagram": {"starts": "start"},
+    "parameter_chart": {"starts": "count"}, "Branch.distance": {"points": "list"}, "Branch.plot": {"points": "list"},
+    "ParameterCurve.plot": {"points": "list"}, "plotting.plot_branch": {"points": "flag"}, "plotting.plot_curve": {"points": "flag"},
+    "System.parameter": {"name": "named"}, "System.parameter_name": {"name": "named"}, "System.dof": {"name": "place"},
+    "System.recover": {"y": "states"}, "System.reduced": {"method": "choice", "keep": "place", "modes": "index"},
+    "System.with_parameters": {"omega": "positive", "nonsense": "number", "rigid_stop.gap": "number"},
+    "System": {"damping": "matrix"}, "System.from_matrices": {"C": "filled_matrix", "G": "filled_matrix"},
+    "explore.serve": {"path": "label"}, "systems.macro_slip_contact": {"harmonic_y": "count"}, "Grid": {"q0": "range", "z0": "range"},
+    "BasinMap.zoom": {"q0": "range", "z0": "range"}, "OGYController.correction": {"state": "state"},
+    "elements.LinearSpring": {"damping": "number"}, "systems.impact_chain": {"damping": "number"}, "elements.Jenkins": {"limit": "ratio"},
+    "control.controlled_multipliers": {"least": "positive"}, "elements.Force": {"site": "seat", "stiffness": "number"},
+    "control.ogy": {"method": "choice"}, "plotting.plot_full_spectrum": {"most": "positive"}, "load": {"elements": "classes"},
+    "Branch.load": {"elements": "classes"}, "read": {"mass": "path", "stiffness": "path", "damping": "path", "gyroscopic": "path"},
+    "SquareRootMap.with_parameters": {"lam": "number", "nonsense": "number"}, "Model.system": {"omega": "positive"},
+    "Reduction.valid_to": {"tolerance": "positive"},
 }
 
 
@@ -662,6 +662,8 @@ def arguments(case: Case) -> dict[str, str]:
         if kind is None and (type(item.default) is float or item.annotation in (float, "float", float | None, "float | None")):
             kind = "number"
         found[name] = kind
+    if any(item.kind is item.VAR_KEYWORD for item in inspect.signature(case.function).parameters.values()):
+        found |= {name: kind for name, kind in case.kinds.items() if name not in found}
     if case.name.startswith("elements."):
         found |= {name: kind for name, kind in (("dof", "seat"), ("label", "label")) if name in found}
         if "side" in found:  # a wall may stand still
@@ -681,6 +683,8 @@ def means(case: Case, name: str, kind: str, value) -> bool:
         return isinstance(value, tuple) and value == (1.0,) and case.name != "find_orbit"
     if name == "periodic":
         return isinstance(value, list | np.ndarray) and len(value) == 0
+    if name == "at":  # components are looked up when a system is known
+        return isinstance(value, dict) and "q7" in value
     return name == "element" and isinstance(value, str) and value == "x"
 
 
@@ -692,7 +696,7 @@ def draw(seed: int, count: int):
     ]
     for k in rng.permutation(np.arange(count) % len(everything)).tolist():
         case, name, kind = everything[k]
-        default = inspect.signature(case.function).parameters[name].default
+        default = getattr(inspect.signature(case.function).parameters.get(name), "default", ...)
         if rng.random() < 0.02:
             yield case, f"unknown_{name}", 1.0
             continue
@@ -736,9 +740,10 @@ def verdict(case: Case, argument: str, value, limit: float = 20.0) -> tuple[str,
         return "good", str(error)
     except (ValueError, TypeError, OSError, KeyError, MemoryError, AttributeError) as error:
         text = str(error)
-        named = re.search(rf"\b{re.escape(argument)}\b", text) or (
+        named = re.search(rf"\b{re.escape(argument.rpartition('.')[2])}\b", text) or (
             isinstance(value, dict) and any(str(key) in text for key in value)
         )
+        named = named or isinstance(value, list) and len(value) and show(value[0]) in text
         named = named or isinstance(value, str) and len(value) > 2 and value in text
         named = named or (len(show(value)) > 2 and show(value) in text) or (isinstance(value, str) and repr(value) in text)
         return ("good" if named and not DEEP.search(text) else "confusing"), f"{type(error).__name__}: {text}"

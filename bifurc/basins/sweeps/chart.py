@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
-from ...checks import checked
+from ...checks import checked, mapping
 from ...compose.scene import scene_of
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...ensemble.region import Region
@@ -147,7 +147,7 @@ def _cell(system: System, region: Region, o: Mapping) -> dict:
     return found
 
 
-@checked()
+@checked(parameters=mapping)
 def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at: Mapping | None = None, starts: int = 8,
                     seed: int = 0, transient: int = 300, longest: int = 16, exponents: bool = False, max_events: int = 2000,
                     executor=None, workers: int | None = None, chunk: int = 100, progress: bool = False,
@@ -198,7 +198,7 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")
-    if not isinstance(parameters, Mapping) or len(parameters) != 2:
+    if len(parameters) != 2:
         raise ValueError(f"parameters = {parameters!r} is not allowed; it must name two parameters and their values, such as "
                          "{'omega': np.linspace(1, 3, 200), 'amplitude': np.linspace(0.5, 1, 100)}")
     names = tuple(system.parameter_name(name) for name in parameters)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import io, plotting
-from ...checks import checked, floats, refused, word
+from ...checks import EQUATIONS, checked, floats, refused, word
 from ...notebook import Notebook
 from ..kinds import End, StopReason
 from ..registry import EXTEND, named
@@ -293,7 +293,7 @@ class Branch(Notebook):
         return from_arrays(cls, header, arrays, problem, elements)
 
     @classmethod
-    @checked()
+    @checked(problem=EQUATIONS)
     def load(cls, path, problem=None, elements=()) -> "Branch":
         """Read a branch from a file; see `from_record`."""
         return io.made(path, functools.partial(cls.from_record, problem=problem, elements=elements), *io.read(path))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...checks import COUNT, checked, floats, of, refused, whole, word
+from ...checks import COUNT, checked, floats, number, of, refused, whole, word
 from .ensemble import diagram, exponents
 from .orbit import find_cycle
 
@@ -68,9 +68,7 @@ class Map:
         for name, value in parameters.items():
             if name not in self.names:
                 raise ValueError(f"{type(self).__name__} has no parameter {name!r}; there are {', '.join(self.names)}")
-            if isinstance(value, bool) or not np.isscalar(value) or not math.isfinite(value):
-                raise ValueError(f"{type(self).__name__}: {name} = {value!r} must be a finite number")
-            setattr(self, name, float(value))
+            setattr(self, name, number(type(self).__name__, name, value))
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -138,10 +136,10 @@ class Map:
         """Return the iterates that are left after a transient over values of a parameter, see `ensemble.MapDiagram`."""
         return diagram(self, parameter, values, x0, transient, keep)
 
-    def _point(self, x):
+    def _point(self, x, name: str = "x0"):
         found = np.zeros(self.dimension) if x is None else floats(x)
         if found is None or np.atleast_1d(found).shape != (self.dimension,) or not np.isfinite(found).all():
-            raise refused(type(self).__name__, "x0", x, f"a point of {self.dimension} finite numbers")
+            raise refused(type(self).__name__, name, x, f"a point of {self.dimension} finite numbers")
         return np.atleast_1d(found)
 
     def __repr__(self) -> str:
