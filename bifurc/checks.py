@@ -1,9 +1,9 @@
 """What arguments may be: one place for the whole package.
 
 A *kind* is a function ``(owner, name, value)`` that returns the value in its plain form, or raises a ValueError that names owner,
-argument, value, and what is allowed.  An argument of one name means the same everywhere, so that `checked` looks most kinds up
-in `KINDS` by the name of the argument; a verb writes only what is special about it.  Whatever needs more than the argument
-itself (a name among the parameters of a system, a label among those of a map) is checked where it is known.
+argument, value, and what is allowed.  `checked` looks most kinds up in `KINDS` by the name of the argument, which means the same
+everywhere; a verb writes only what is special about it.  What needs more than the argument itself (a name among the parameters of
+a system, a label among those of a map) is checked where it is known.
 """
 import functools
 import math
@@ -67,16 +67,12 @@ def number(owner: str, name: str, value, *, least: float | None = None, above: f
     if ((math.isfinite(found) or not finite and found == found) and (least is None or found >= least)
             and (above is None or found > above) and (most is None or found <= most)):
         return found
-    allowed = "a finite number" if finite else "a number"
-    if most is not None:
-        allowed = f"a number at most {most:g}"
-        if least is not None or above is not None:
-            allowed = f"a number from {least:g} to {most:g}" if above is None else f"above {above:g} and at most {most:g}"
-    elif least is not None:
-        allowed += f", at least {least:g}"
-    elif above is not None:
-        allowed += f" above {above:g}"
-    raise refused(owner, name, value, allowed)
+    low = f", at least {least:g}" if least is not None else f" above {above:g}" if above is not None else ""
+    if most is None:
+        raise refused(owner, name, value, f"a {'finite ' * finite}number{low}")
+    if above is not None:
+        raise refused(owner, name, value, f"{low[1:]} and at most {most:g}")
+    raise refused(owner, name, value, f"a number from {least:g} to {most:g}" if low else f"a number at most {most:g}")
 
 
 def whole(owner: str, name: str, value, *, least: int | None = None, most: int | None = None) -> int:
@@ -111,11 +107,10 @@ def state(name: str, value, sizes: tuple[int, ...]) -> np.ndarray:
     """Return ``value`` as a finite float array of one of the lengths ``sizes``, else raise ValueError."""
     found = floats(value)
     if found is None:
-        raise ValueError(f"{name} = {shown(value)} is not allowed; it must be a state of {sizes[-1]} numbers: positions, then "
-                         "velocities")
+        raise refused("", name, value, f"a state of {sizes[-1]} numbers: positions, then velocities")
     if found.shape not in {(size,) for size in sizes}:
-        raise ValueError(f"{name} has shape {found.shape}; a state of this system has shape ({sizes[-1]},): positions, then "
-                         "velocities")
+        raise ValueError(f"{name} has shape {found.shape}; a state of this system has shape ({sizes[-1]},): "
+                         "positions, then velocities")
     if not np.isfinite(found).all():
         raise ValueError(f"{name} = {shown(value)} must be finite")
     return found
@@ -123,20 +118,20 @@ def state(name: str, value, sizes: tuple[int, ...]) -> np.ndarray:
 
 def switch(owner: str, name: str, value):
     """Return ``value`` when it is True, False, None or a function (as ``progress=`` takes it), else raise ValueError."""
-    if value is not None and not callable(value):
-        try:
-            return flag(owner, name, value)
-        except ValueError:
-            raise refused(owner, name, value, "True, False, or a function") from None
-    return value
+    plain = scalar(value)
+    if value is None or callable(value):
+        return value
+    if isinstance(plain, bool | np.bool_):
+        return bool(plain)
+    raise refused(owner, name, value, "True, False, or a function")
 
 
 def flag(owner: str, name: str, value) -> bool:
     """Return ``value`` when it is True or False, else raise ValueError."""
     plain = scalar(value)
-    if not isinstance(plain, bool | np.bool_):
-        raise refused(owner, name, value, "True or False")
-    return bool(plain)
+    if isinstance(plain, bool | np.bool_):
+        return bool(plain)
+    raise refused(owner, name, value, "True or False")
 
 
 def word(owner: str, name: str, value) -> str:
@@ -159,9 +154,9 @@ def path(owner: str, name: str, value):
 
 def function(owner: str, name: str, value):
     """Return ``value`` when it can be called, else raise ValueError."""
-    if not callable(value):
-        raise refused(owner, name, value, "a function")
-    return value
+    if callable(value):
+        return value
+    raise refused(owner, name, value, "a function")
 
 
 def text(owner: str, name: str, value) -> str:
@@ -350,5 +345,6 @@ KINDS: dict[str, Kind] = {name: kind for kind, names in (
 # how a field of a record or an argument is declared: its kind, and whether it may be None
 DECLARED: dict[Any, tuple[Kind, bool]] = {
     declared: (kind, optional)
-    for cls, kind in ((float, number), (int, whole), (bool, flag), (str, word))
+    for cls, kind in ((float, number), (int, whole), (bool, flag))
     for optional, both in ((False, (cls, cls.__name__)), (True, (cls | None, f"{cls.__name__} | None"))) for declared in both}
+DECLARED |= {str | None: (word, True), "str | None": (word, True)}

@@ -96,12 +96,17 @@ def dense(name: str, matrix: Any) -> np.ndarray:
     ------
     ValueError
     """
-    if hasattr(type(matrix), "toarray"):
+    try:
+        sparse, kind = hasattr(matrix, "toarray"), np.asarray(matrix).dtype.kind
+    except Exception:  # what a foreign class raises
+        sparse, kind = False, "O"
+    if sparse:
         if max(matrix.shape) > LARGEST:
             raise ValueError(f"from_matrices: {name} has shape {matrix.shape}; up to {LARGEST} degrees of freedom are taken. "
                              "Reduce the model where it was made (a superelement of its contact nodes) and read that")
         matrix = matrix.toarray()
-    if isinstance(matrix, np.ndarray) and matrix.dtype.kind == "c":
+        kind = matrix.dtype.kind
+    if kind == "c":
         raise ValueError(f"from_matrices: {name} is complex; structural damping has no free motion in time. Give viscous damping "
                          "(bf.modal_damping) and the real stiffness")
     array = floats(matrix)

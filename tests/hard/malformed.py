@@ -688,11 +688,11 @@ def means(case: Case, name: str, kind: str, value) -> bool:
     return name == "element" and isinstance(value, str) and value == "x"
 
 
-def draw(seed: int, count: int):
+def draw(seed: int, count: int, among=None):
     """Yield malformed calls (case, argument, value), each kind of case as often as it has arguments."""
     rng = np.random.default_rng(seed)
     everything = [
-        (case, name, kind) for case in cases() for name, kind in arguments(case).items() if kind is not None and WRONG[kind]
+        (case, name, kind) for case in among or cases() for name, kind in arguments(case).items() if kind is not None and WRONG[kind]
     ]
     for k in rng.permutation(np.arange(count) % len(everything)).tolist():
         case, name, kind = everything[k]

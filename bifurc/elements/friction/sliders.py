@@ -3,7 +3,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from ...checks import number, vector
+from ...checks import many, number, of
 from ..atrow import AtRow
 from ..local import u
 
@@ -20,9 +20,10 @@ class Sliders(AtRow):
     def __post_init__(self):
         super().__post_init__()
         for field, allowed in self.tuples.items():
-            owner = type(self).__name__
-            value = vector(owner, field, getattr(self, field))
-            object.__setattr__(self, field, tuple(number(owner, f"{field}[{i}]", item, **allowed) for i, item in enumerate(value)))
+            value = tuple(many(type(self).__name__, field, getattr(self, field), of=of(number, **allowed)))
+            if not value:
+                raise self.no_list(field)
+            object.__setattr__(self, field, value)
 
     def no_list(self, field: str) -> ValueError:
         """Return the error of a field that is not one number a slider."""
