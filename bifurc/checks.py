@@ -279,11 +279,8 @@ def checked(**special: Kind | None) -> Callable[[F], F]:
         @functools.wraps(made)
         def verb(*given, **named):
             if given:
-                values = list(given)
-                for i, (value, (key, kind, default)) in enumerate(zip(given, first, strict=False)):
-                    if kind is not None and value is not default:
-                        values[i] = kind(owner, key, value)
-                given = values
+                given = (*[value if kind is None or value is default else kind(owner, key, value)
+                           for value, (key, kind, default) in zip(given, first, strict=False)], *given[len(first):])
             for key, value in named.items():
                 if key in kinds and value is not kinds[key][1]:
                     named[key] = kinds[key][0](owner, key, value)
