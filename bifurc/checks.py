@@ -99,7 +99,7 @@ def several(owner: str, name: str, value, *, allowed: tuple[str, ...]) -> tuple[
     """Return one word, or a list of words, as a tuple of different ones of ``allowed``, else raise ValueError."""
     found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
     if not found or not all(isinstance(item, str) and item in allowed for item in found) or len(set(found)) < len(found):
-        raise refused(owner, name, value, f"{', '.join(map(repr, allowed))}, or several of them in a list")
+        raise refused(owner, name, value, f"{', '.join(map(repr, allowed))}, or {'both' if len(allowed) == 2 else 'several'}")
     return found
 
 
@@ -304,7 +304,7 @@ POINT = instance("bifurc.continuation.branches.special:SpecialPoint",
 GRID = instance("bifurc.ensemble.grid:Grid", "a Grid, such as Grid(q0=(-3, 1, 200), v0=(-4, 4, 200))")
 SECTION = instance("bifurc.ensemble.section:Section", "a Section, such as Section('q0')")
 BASINS = instance("bifurc.basins.maps.basin_map:BasinMap", "a BasinMap, see basins_of_attraction")
-EDGE = instance("bifurc.basins.boundaries.edges:EdgeState", "an EdgeState, see edge_state")
+EDGE = like("an EdgeState, see edge_state", "saddle", "unstable_directions")
 METHOD = instance("bifurc.orbits.balance.method:HarmonicBalance", "a HarmonicBalance, such as HarmonicBalance(harmonics=7)")
 AXES = instance("matplotlib.axes:Axes", "Axes of matplotlib")
 ELEMENTS = of(many, of=instance("bifurc.elements.element:Element", "an instance of Element"))

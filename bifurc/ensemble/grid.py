@@ -242,5 +242,5 @@ def _side(name: str, value) -> tuple[float, float, int]:
         raise refused("Grid", name, value, "(low, high, cells)")
     low, high = (number("Grid", name, item) for item in given[:2])
     if not low < high:
-        raise refused("Grid", name, value, "(low, high, cells) with its low bound below its high bound")
-    return low, high, whole("Grid", name, given[2], least=1)
+        raise refused("Grid", name, value, "(low, high, cells), and its low bound must be below its high bound")
+    return low, high, whole("Grid", f"number of cells of {name}", given[2], least=1)

@@ -34,7 +34,7 @@ class Region:
             _named(name)
             low, high = pair("region", name, value)
             if not (low < high and math.isfinite(high - low)):
-                raise refused("region", name, value, "(low, high) with its low bound below its high bound")
+                raise refused("region", name, value, "(low, high), and its low bound must be below its high bound")
             self.ranges[name] = low, high
         self.at = {name: number("at", name, value) for name, value in (at or {}).items()}
         for name in self.at:

@@ -9,7 +9,6 @@ from bifurc import elements as el
 from tests.hard.malformed import Case, arguments, cases, draw, forms, show, verdict
 
 
-
 def wrong_of(seed, count, most=8.0):
     """Return what is wrong with calls drawn at random."""
     wrong = []
