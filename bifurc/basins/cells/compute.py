@@ -31,7 +31,7 @@ FARTHEST = 30.0  # cells: a group farther from its attractor is none of its neig
 AUDIT_BATCH = 1024
 
 
-@checked(system=either(SYSTEM, function, allowed="a System or a function of points (k, n)"), audit=PLACE)
+@checked(system=either(SYSTEM, function, allowed="a System, or a map of points (k, n)"), audit=PLACE)
 def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, samples: int = 1, audit: int = 2000, seed: int = 0,
                  workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000,
                  executor=None, progress: bool = False, file=None) -> CellMap:
