@@ -76,8 +76,32 @@ class Pair:
 
 PLACE = tempfile.mkdtemp()  # all that a call may write lies here
 NOTHING, HOSTILE, GENERATOR = object(), Hostile(), (i for i in ())
-STRANGE = [NOTHING, HOSTILE, GENERATOR, Pair(), bf.System, math, b"omega", {"a": 1}, {1, 2}, 1j, range(0), memoryview(b"ab"), ...]
-LISTS = [[], [1.0, 2.0], (0.5, 1.5, 2.5), np.array([1.0, 2.0]), np.zeros((2, 2)), ["a"], [None], [[1.0], [2.0, 3.0]], np.array([])]
+STRANGE = [
+    NOTHING,
+    HOSTILE,
+    GENERATOR,
+    Pair(),
+    bf.System,
+    math,
+    b"omega",
+    {"a": 1},
+    {1, 2},
+    1j,
+    range(0),
+    memoryview(b"ab"),
+    ...,
+]
+LISTS = [
+    [],
+    [1.0, 2.0],
+    (0.5, 1.5, 2.5),
+    np.array([1.0, 2.0]),
+    np.zeros((2, 2)),
+    ["a"],
+    [None],
+    [[1.0], [2.0, 3.0]],
+    np.array([]),
+]
 WORDS = ["", "x", "1.0", "nonsense", "omega ", np.str_("nonsense")]
 BOOLS = [True, False, np.True_, np.array(True)]
 BROKEN = [math.nan, math.inf, -math.inf, np.float64("nan"), np.array(math.inf)]
@@ -479,7 +503,8 @@ def bases(m) -> dict[str, dict]:
             "transient": 2,
             "longest": 2,
         },
-        "load": {"path": f"{PLACE}/branch.npz"}, "Branch.load": {"path": f"{PLACE}/branch.npz"},
+        "load": {"path": f"{PLACE}/branch.npz"},
+        "Branch.load": {"path": f"{PLACE}/branch.npz"},
         "read": {"mass": m["file"], "stiffness": m["file"]},
         "from_ross": {"rotor": types.SimpleNamespace(M=matrix, C=matrix, K=matrix, G=nothing, number_dof=4), "speed": 1.0},
         "modal_damping": {"M": np.eye(2), "K": np.eye(2), "ratios": [0.1]},
@@ -550,20 +575,40 @@ def bases(m) -> dict[str, dict]:
 
 
 SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of their names, or have no name in the signature
-    "simulate": {"periods": "ratio"}, "lyapunov_exponents": {"y0": "start"}, "bifurcation_diagram": {"starts": "start"},
-    "parameter_chart": {"starts": "count"}, "Branch.distance": {"points": "list"}, "Branch.plot": {"points": "list"},
-    "ParameterCurve.plot": {"points": "list"}, "plotting.plot_branch": {"points": "flag"}, "plotting.plot_curve": {"points": "flag"},
-    "System.parameter": {"name": "named"}, "System.parameter_name": {"name": "named"}, "System.dof": {"name": "place"},
-    "System.recover": {"y": "states"}, "System.reduced": {"method": "choice", "keep": "place", "modes": "index"},
+    "simulate": {"periods": "ratio"},
+    "lyapunov_exponents": {"y0": "start"},
+    "bifurcation_diagram": {"starts": "start"},
+    "parameter_chart": {"starts": "count"},
+    "Branch.distance": {"points": "list"},
+    "Branch.plot": {"points": "list"},
+    "ParameterCurve.plot": {"points": "list"},
+    "plotting.plot_branch": {"points": "flag"},
+    "plotting.plot_curve": {"points": "flag"},
+    "System.parameter": {"name": "named"},
+    "System.parameter_name": {"name": "named"},
+    "System.dof": {"name": "place"},
+    "System.recover": {"y": "states"},
+    "System.reduced": {"method": "choice", "keep": "place", "modes": "index"},
     "System.with_parameters": {"omega": "positive", "nonsense": "number", "rigid_stop.gap": "number"},
-    "System": {"damping": "matrix"}, "System.from_matrices": {"C": "filled_matrix", "G": "filled_matrix"},
-    "explore.serve": {"path": "label"}, "systems.macro_slip_contact": {"harmonic_y": "count"}, "Grid": {"q0": "range", "z0": "range"},
-    "BasinMap.zoom": {"q0": "range", "z0": "range"}, "OGYController.correction": {"state": "state"},
-    "elements.LinearSpring": {"damping": "number"}, "systems.impact_chain": {"damping": "number"}, "elements.Jenkins": {"limit": "ratio"},
-    "control.controlled_multipliers": {"least": "positive"}, "elements.Force": {"site": "seat", "stiffness": "number"},
-    "control.ogy": {"method": "choice"}, "plotting.plot_full_spectrum": {"most": "positive"}, "load": {"elements": "classes"},
-    "Branch.load": {"elements": "classes"}, "read": {"mass": "path", "stiffness": "path", "damping": "path", "gyroscopic": "path"},
-    "SquareRootMap.with_parameters": {"lam": "number", "nonsense": "number"}, "Model.system": {"omega": "positive"},
+    "System": {"damping": "matrix"},
+    "System.from_matrices": {"C": "filled_matrix", "G": "filled_matrix"},
+    "explore.serve": {"path": "label"},
+    "systems.macro_slip_contact": {"harmonic_y": "count"},
+    "Grid": {"q0": "range", "z0": "range"},
+    "BasinMap.zoom": {"q0": "range", "z0": "range"},
+    "OGYController.correction": {"state": "state"},
+    "elements.LinearSpring": {"damping": "number"},
+    "systems.impact_chain": {"damping": "number"},
+    "elements.Jenkins": {"limit": "ratio"},
+    "control.controlled_multipliers": {"least": "positive"},
+    "elements.Force": {"site": "seat", "stiffness": "number"},
+    "control.ogy": {"method": "choice"},
+    "plotting.plot_full_spectrum": {"most": "positive"},
+    "load": {"elements": "classes"},
+    "Branch.load": {"elements": "classes"},
+    "read": {"mass": "path", "stiffness": "path", "damping": "path", "gyroscopic": "path"},
+    "SquareRootMap.with_parameters": {"lam": "number", "nonsense": "number"},
+    "Model.system": {"omega": "positive"},
     "Reduction.valid_to": {"tolerance": "positive"},
 }
 
@@ -608,12 +653,18 @@ def cases() -> list[Case]:
                 continue
             seen.add(thing)
             if isinstance(thing, type) and (
-                issubclass(thing, enum.Enum | BaseException) or f"{prefix}{name}" not in given and prefix not in ("elements.", "")
+                issubclass(thing, enum.Enum | BaseException)
+                or f"{prefix}{name}" not in given
+                and prefix not in ("elements.", "")
             ):
                 continue
-            required = [p for p in inspect.signature(thing).parameters.values() if p.default is p.empty and p.kind not in (2, 4)]
+            required = [
+                p for p in inspect.signature(thing).parameters.values() if p.default is p.empty and p.kind not in (2, 4)
+            ]
             if not required or f"{prefix}{name}" in given:
-                found.append(Case(f"{prefix}{name}", thing, given.get(f"{prefix}{name}", {}), SPECIAL.get(f"{prefix}{name}", {})))
+                found.append(
+                    Case(f"{prefix}{name}", thing, given.get(f"{prefix}{name}", {}), SPECIAL.get(f"{prefix}{name}", {}))
+                )
     F = m["friction"]  # one memory state: a start has two or three numbers
     found += [
         Case(name, function, {**given[name], "system": F, **more}, SPECIAL.get(name, {}))
@@ -692,7 +743,10 @@ def draw(seed: int, count: int, among=None):
     """Yield malformed calls (case, argument, value), each kind of case as often as it has arguments."""
     rng = np.random.default_rng(seed)
     everything = [
-        (case, name, kind) for case in among or cases() for name, kind in arguments(case).items() if kind is not None and WRONG[kind]
+        (case, name, kind)
+        for case in among or cases()
+        for name, kind in arguments(case).items()
+        if kind is not None and WRONG[kind]
     ]
     for k in rng.permutation(np.arange(count) % len(everything)).tolist():
         case, name, kind = everything[k]

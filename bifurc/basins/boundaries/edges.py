@@ -128,7 +128,8 @@ def edge_state(basins: BasinMap, pair: tuple[int, int] = (0, 1), *, starts=None,
     """
     if not isinstance(basins, BasinMap):
         raise ValueError(f"basins = {basins!r} is not allowed; it must be a BasinMap, see basins_of_attraction")
-    a, b = pair = tuple(pair)
+    a, b = pair
+    pair = a, b
     count = len(basins.attractors)
     if count < 2:
         raise ValueError(f"the map has {count} attractor{'' if count == 1 else 's'}: there is no boundary between two basins")

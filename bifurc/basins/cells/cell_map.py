@@ -215,8 +215,9 @@ class CellMap(Notebook):
     @checked(group=either(PLACE, like("a group", "cells"), allowed="the number of a group, or a group"))
     def density(self, group: int | Group) -> np.ndarray:
         """Return the stationary probabilities of the cells of a closed group, zero elsewhere, in the shape of the grid."""
-        number = isinstance(group, int)
-        item = self.groups[whole("density", "group", group, least=0, most=len(self.groups) - 1)] if number else group
+        item: Any = group
+        if isinstance(group, int):
+            item = self.groups[whole("density", "group", group, least=0, most=len(self.groups) - 1)]
         cells = np.sort(item.cells)
         field_ = np.zeros(self.grid.size)
         field_[cells] = stationary(self.matrix, cells)
