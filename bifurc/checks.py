@@ -267,7 +267,7 @@ def checked(**special: Kind | None) -> Callable[[F], F]:
     """
     def decorate(made):
         if isinstance(made, type):
-            made.__init__ = decorate(made.__init__)  # type: ignore[misc]
+            made.__init__ = decorate(made.__init__)
             return made
         code, owner = made.__code__, made.__qualname__.removesuffix(".__init__")
         count, keys = code.co_argcount, code.co_varnames[:code.co_argcount + code.co_kwonlyargcount]

@@ -86,7 +86,8 @@ def modal_damping(M, K, ratios) -> np.ndarray:
     found = floats(ratios)
     given = np.atleast_1d(np.empty(0) if found is None else found)
     if given.ndim != 1 or not given.size or given.size > len(mass) or not (np.isfinite(given) & (given >= 0.0)).all():
-        raise ValueError(f"modal_damping: ratios = {shown(ratios)} is not allowed; it must be 1 to {len(mass)} numbers of at least 0")
+        raise ValueError(f"modal_damping: ratios = {shown(ratios)} is not allowed; "
+                         f"it must be 1 to {len(mass)} numbers of at least 0")
     try:
         squares, modes = eigh(stiffness, mass)
     except np.linalg.LinAlgError:

@@ -1,4 +1,5 @@
-"""Malformed calls of the public face, drawn from signatures: every argument of every function and method gets what it cannot mean.
+"""Malformed calls of the public face, drawn from signatures: every argument of every function and method gets "
+"what it cannot mean.
 
 `cases` lists what can be called: public functions, elements, ready systems, and the methods of every kind of result, each with a
 valid call that is quick.  `WRONG` says for every kind of argument what it cannot be, and `KIND` which kind an argument of a name
@@ -229,20 +230,25 @@ WRONG = {  # what an argument of a kind cannot be
 KIND = {
     name: kind
     for kind, names in {
-        "object": "system grid point edge motion attractor found chart cells diagram ramp sweep curve loop trajectory orbit basins made "
+        "object": "system grid point edge motion attractor found chart cells diagram ramp sweep curve loop "
+        "trajectory orbit basins made "
         "rotor problem branch pair_of what kind",
         "state": "y0 y x0",
         "start": "guess start starts",
         "number": "t0 value amplitude phase offset gain energy speed zeta belt_speed gap "
-        "friction_negative alpha beta gravity eccentricity load unbalance preload centre_x centre_y surface_speed frame_spin c2 c3 c4 c5 "
-        "force load_amplitude load_phase amplitude_x amplitude_y load_middle load_end contact_damping size static_ratio p section",
-        "positive": "period omega nu ds ds_max ds_min distance mass_ratio radius limit_ low high stiffness_ratio limit width height "
+        "friction_negative alpha beta gravity eccentricity load unbalance preload centre_x centre_y surface_speed "
+        "frame_spin c2 c3 c4 c5 "
+        "force load_amplitude load_phase amplitude_x amplitude_y load_middle load_end contact_damping size "
+        "static_ratio p section",
+        "positive": "period omega nu ds ds_max ds_min distance mass_ratio radius limit_ low high stiffness_ratio "
+        "limit width height "
         "speed_ratio delay",
         "ratio": "duration memory noise h friction damping",
         "share": "tolerance",
         "index": "x against_x against_y transient max_steps mode seed audit start_ i",
         "member": "dof label group axis component",
-        "count": "checks periods max_events max_periods batches longest most_branches workers chunk keep most steps cells side_ rate probes precision "
+        "count": "checks periods max_events max_periods batches longest most_branches workers chunk keep most "
+        "steps cells side_ rate probes precision "
         "iterations n_max least first harmonic load_harmonic columns rows",
         "points": "samples n frames count",
         "flag": "exponents stretches symmetric browser odd closed points_",

@@ -33,7 +33,8 @@ QUICK = (  # cheap to reach: the rest of the table needs results of every kind
     Case("find_orbit", bf.find_orbit, {"system": A, "guess": (0.0, 0.0), "transient": 9}, {}),
     Case("System", bf.System, {"mass": 1.0, "damping": 0.1, "stiffness": 1.0}, {"damping": "matrix"}),
     Case("Section", bf.Section, {"coordinate": "q0"}, {}), Case("HarmonicBalance", bf.HarmonicBalance, {}, {}),
-    Case("Grid", bf.Grid, {"q0": (0, 1, 3)}, {"q0": "range"}), Case("impact_chain", bf.systems.impact_chain, {}, {"damping": "number"}),
+    Case("Grid", bf.Grid, {"q0": (0, 1, 3)}, {"q0": "range"}),
+    Case("impact_chain", bf.systems.impact_chain, {}, {"damping": "number"}),
     Case("elements.RigidStop", el.RigidStop, {}, {}), Case("elements.Driven", el.Driven, {"element": el.Jenkins()}, {}),
 )
 

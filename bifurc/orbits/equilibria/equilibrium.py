@@ -331,6 +331,7 @@ def resting(found: Equilibrium) -> Equilibrium:
 
 def _guess(scene: Scene, guess) -> np.ndarray:
     """Return the state (ns,) that a guess means, at rest."""
+    given: np.ndarray | None
     if guess is None:
         given = np.zeros(scene.ns)
     else:
