@@ -160,7 +160,8 @@ def test_proportional_damping_by_factors_and_by_ratios():
     ({"ratios": (0.1, 0.1), "frequencies": (1.0, 2.0, 3.0)}, "list of 2 finite"),
     ({"ratios": (0.1, 0.1), "frequencies": (0.0, 2.0)}, "different frequencies above 0"),
     ({"ratios": (0.1, 0.1), "frequencies": (2.0, 2.0)}, "different frequencies above 0"),
-    ({"alpha": -0.1, "beta": 0.5}, "alpha = -0.1 is not allowed; it must be a finite number, at least 0"), ({"beta": -0.1}, "beta = -0.1"),
+    ({"alpha": -0.1, "beta": 0.5}, "alpha = -0.1 is not allowed; it must be a finite number, at least 0"),
+    ({"beta": -0.1}, "beta = -0.1"),
     ({"alpha": np.inf}, "alpha = inf is not allowed"), ({"alpha": 0.1, "beta": np.nan}, "beta = nan is not allowed")])
 def test_proportional_damping_that_is_not_one(given, words):
     with pytest.raises(ValueError, match=words):
@@ -222,7 +223,8 @@ def test_places_by_name_and_number():
     names = ("a.x", "a.y", "b.x")
     assert [place_of(dof, names, 3) for dof in ("a.y", "b.x", 0, 2, np.int64(1))] == [1, 2, 0, 2, 1]
     for wrong in (-1, 3):
-        with pytest.raises(ValueError, match=f"System: dof = {wrong} is not allowed; it must be a whole number, at least 0 and at most 2"):
+        with pytest.raises(ValueError,
+                           match=f"System: dof = {wrong} is not allowed; it must be a whole number, at least 0 and at most 2"):
             place_of(wrong, names, 3)
     with pytest.raises(ValueError, match="dof = 'a.x' is a name, and this system has no names"):
         place_of("a.x", None, 3)
