@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
-from ...checks import array, checked, of, several, whole
+from ...checks import array, checked, floats, of, several, shown, whole
 from ...compose.natural import natural_length
 from ...compose.scene import scene_of
 from ...ensemble.period_map import MAPPED, PeriodMap
@@ -221,10 +221,8 @@ def _swept(store: ChunkStore, common: dict, values, directions, chunk: int, run:
 
 def _starts(system: System, starts) -> np.ndarray:
     ns = scene_of(system).ns
-    try:
-        found = np.atleast_2d(resting_start(system) if starts is None else np.array(starts, float))
-    except (TypeError, ValueError):
-        found = np.empty((0, 0, 0))
+    given = floats(resting_start(system) if starts is None else starts)
+    found = np.atleast_2d(np.empty((0, 0, 0)) if given is None else given)
     if found.ndim != 2 or found.shape[1] != ns or not np.isfinite(found).all():
-        raise ValueError(f"starts = {starts!r} is not allowed; it must be a finite state ({ns},) or several (k, {ns})")
+        raise ValueError(f"starts = {shown(starts)} is not allowed; it must be a finite state ({ns},) or several (k, {ns})")
     return found
