@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from . import io
+from .checks import checked
 
 _READERS = {
     "branch": (".continuation.branches.branch", "Branch"),
@@ -27,6 +28,7 @@ _READERS = {
 }
 
 
+@checked()
 def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
     """Read a result that was written with its ``save`` method.
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from .checks import DECLARED, ELEMENTS, KEPT, PLACE, POSITIVE, SYSTEM, checked, choice, floats, number, of, refused, shown
 from .elements import BUILT_IN, Core, Element
-from .elements.checks import number
 from .elements.element import tupled
 from .elements.friction.together import leaders
 from .structure.names import dof_names, place_of
@@ -60,6 +60,7 @@ class System:
     _scene: Any  # kept by compose.scene_of
     _kin: Any  # the scene of the system that this one was made from, or the keys of modes in their order; see compose.scene_of
 
+    @checked(elements=ELEMENTS, omega=POSITIVE)
     def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None,
                  dofs: Iterable | None = None):
         M, C, K = _matrix("mass", mass), _matrix("damping", damping), _matrix("stiffness", stiffness)
@@ -73,16 +74,11 @@ class System:
             M = _matrix("mass", 0.5 * (M + M.T))
         if not (M[0, 0] > 0.0 if n == 1 else np.linalg.eigvalsh(M)[0] > n * 1e-15 * np.abs(M).max() or _positive(M)):
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be positive definite")
-        if not isinstance(elements, Iterable):
-            raise ValueError(f"System: elements = {elements!r} is not allowed; they must be a list of Element")
         elements = tuple(elements)
-        for element in elements:
-            if not isinstance(element, Element):
-                raise ValueError(f"System: elements contain {element!r}; they must be instances of Element")
         names = dof_names(dofs, n)
         elements = tuple(element.placed(lambda dof: place_of(dof, names, n)) for element in elements)
         self.__dict__.update(
-            core=Core(M, C, K, None if omega is None else number("System", "omega", omega, above=0.0)),
+            core=Core(M, C, K, omega),
             n=n, elements=elements, dofs=names, reduction=None, _origin=None, _scene=None, _kin=None)
         for label, element in zip(self.labels, elements, strict=True):
             try:
@@ -96,6 +92,7 @@ class System:
         raise AttributeError("a System is immutable; with_parameters(...) gives a changed copy")
 
     @classmethod
+    @checked(elements=ELEMENTS, omega=POSITIVE)
     def from_matrices(cls, M, C, K, *, G=None, dofs=None, elements: Iterable[Element] = (), omega: float | None = None,
                       symmetric: bool = True) -> "System":
         """Return the system M q'' + (C + G) q' + K q = forces of checked matrices.
@@ -130,6 +127,7 @@ class System:
         return importlib.import_module(".models.assembling", __package__).system_from_matrices(
             M, C, K, G=G, dofs=dofs, elements=elements, omega=omega, symmetric=symmetric)
 
+    @checked(keep=KEPT, modes=PLACE, method=of(choice, allowed=("rubin", "craig-bampton", "massless")))
     def reduced(self, keep, modes: int = 12, method: str = "rubin") -> "System":
         """Return the system in some of its coordinates and a few modes, with its elements; `reduction` tells the errors.
 
@@ -162,6 +160,7 @@ class System:
         """
         return importlib.import_module(".models.reducing", __package__).reduced_system(self, keep, modes, method)
 
+    @checked()
     def dof(self, name: Any) -> int:
         """Return the number of a degree of freedom given by name, or by pair (node, direction)."""
         return place_of(name, self.dofs, self.n)
@@ -171,7 +170,10 @@ class System:
 
         Displacements first, then velocities. A system that is not reduced gives its own ones.
         """
-        y = np.asarray(y, float)
+        given = floats(y)
+        if given is None or given.ndim == 0 or given.shape[-1] < 2 * self.n:
+            raise refused("System.recover", "y", y, f"states, arrays of shape (..., {2 * self.n})")
+        y = given
         T = np.eye(self.n) if self.reduction is None else self.reduction.recovery
         return np.concatenate([y[..., :self.n] @ T.T, y[..., self.n:2 * self.n] @ T.T], axis=-1)
 
@@ -251,7 +253,7 @@ class System:
             Listing the names there are.
         """
         if not isinstance(name, str):
-            raise ValueError(f"parameter {name!r} is not allowed; it must be a name, one of {', '.join(self.parameters)}")
+            raise ValueError(f"parameter {shown(name)} is not allowed; it must be a name, one of {', '.join(self.parameters)}")
         if name in self._values(name):
             return name
         names = self.parameters
@@ -444,10 +446,12 @@ class System:
 def builder(build: Callable[..., System]) -> Callable[..., System]:
     """Make a function with keyword-only parameters a builder: its keywords become the parameters of its systems.
 
-    Keywords whose default is a float must be finite and are stored as floats; all others are structure.
+    Keywords whose default is a float must be finite and are stored as floats; all others are structure.  They are what they
+    are declared: numbers, whole numbers, words.
     """
-    defaults = {name: item.default for name, item in inspect.signature(build).parameters.items()}
-    floats = frozenset(name for name, value in defaults.items() if type(value) is float)
+    given = inspect.signature(build).parameters
+    defaults = {name: item.default for name, item in given.items()}
+    kinds = {name: DECLARED.get(float if type(item.default) is float else item.annotation) for name, item in given.items()}
 
     @functools.wraps(build)
     def made(**keywords) -> System:
@@ -455,7 +459,8 @@ def builder(build: Callable[..., System]) -> Callable[..., System]:
         for name, value in keywords.items():
             if name not in defaults:
                 raise ValueError(f"{build.__name__}: parameter {name!r} is unknown; there are {', '.join(defaults)}")
-            values[name] = number(build.__name__, name, value) if name in floats else value
+            kind, optional = kinds[name] or (None, True)
+            values[name] = value if kind is None or value is None and optional else kind(build.__name__, name, value)
         system = build(**values)
         system.__dict__["_origin"] = (made, values)
         return system
@@ -472,19 +477,15 @@ def _positive(M: np.ndarray) -> bool:
 
 def _matrix(name: str, value) -> np.ndarray:
     """Return a read-only square matrix of finite floats."""
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind in "bcSU":  # True is no mass, and "1" is no number
-            raise TypeError
-        matrix = np.array(given, float)
-    except (TypeError, ValueError):
-        raise ValueError(f"System: {name} = {value!r} is not allowed; it must be a number or a square matrix of numbers") from None
+    matrix = floats(value)  # True is no mass, and "1" is no number
+    if matrix is None:
+        raise refused("System", name, value, "a number or a square matrix of numbers")
     if matrix.ndim == 0:
         matrix = matrix.reshape(1, 1)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.size == 0:
         raise ValueError(f"System: {name} has shape {matrix.shape}; it must be a number or a square matrix")
     if not (math.isfinite(matrix.item()) if matrix.size == 1 else np.isfinite(matrix).all()):
-        raise ValueError(f"System: {name} = {value!r} is not allowed; it must be finite")
+        raise refused("System", name, value, "finite")
     matrix.flags.writeable = False
     return matrix
 
@@ -501,7 +502,4 @@ def _short(value) -> str:
 
 def require_system(value) -> System:
     """Return ``value`` when it is a `System`, else raise ValueError."""
-    if not isinstance(value, System):
-        raise ValueError(f"system = {value!r} is not allowed; it must be a System, such as "
-                         "bifurc.systems.impact_oscillator(omega=0.6)")
-    return value
+    return value if isinstance(value, System) else SYSTEM("", "system", value)

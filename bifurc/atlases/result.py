@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import networkx as nx
 
 from .. import io, plotting
+from ..checks import checked
 from ..content import Content
 from ..continuation.branches.branch import Branch
 from ..ensemble.region import Region
@@ -131,6 +132,7 @@ class Atlas(Content):
                 found.append((low, high, probe.chaos))
         return tuple(found)
 
+    @checked()
     def orbits_at(self, value: float) -> list[tuple[int, object]]:
         """Return number of the branch and orbit of every periodic motion at a value of the parameter, stable or not."""
         return [(k, orbit) for k, branch in enumerate(self.branches) for orbit in orbits_at(branch, float(value))]
@@ -213,6 +215,7 @@ class Atlas(Content):
         """Parts of the range where no periodic motion is known to be stable."""
         return gaps([(a, b) for a, b, _ in self.stable], *self.bounds)
 
+    @checked()
     def plot(self, ax=None, measure: str | None = None):
         """Draw the whole diagram with its bands; return the axes."""
         return plotting.plot_atlas(self, ax, measure)
@@ -223,6 +226,7 @@ class Atlas(Content):
 
     # files
 
+    @checked()
     def save(self, path):
         """Write the atlas to a file; it is renamed into place when complete."""
         return io.write(path, *self.to_record())

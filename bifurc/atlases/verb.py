@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ..checks import COUNT, checked
 from ..compose.scene import scene_of
 from ..continuation.tracing import handed_on, ordered_bounds
 from ..ensemble.region import Region
 from ..jobs.executors import check_executor, user_parts
+from ..jobs.resumable import replaceable
 from ..jobs.store import ChunkStore, finished
 from ..system import System
 from .result import Atlas
@@ -19,6 +21,7 @@ LONGEST = 32  # longest attractors that are traced
 MOST_BRANCHES = 200
 
 
+@checked(checks=COUNT, trace=None)
 def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mapping | None = None, probes: int = PROBES,
           checks: int = CHECKS, samples: int = SAMPLES, periods: int = PERIODS, longest: int = LONGEST,
           most_branches: int = MOST_BRANCHES, seed: int = 0, tolerance: float = 1e-4, max_periods: int = 1000,
@@ -106,6 +109,8 @@ def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mappin
            "samples": _whole("samples", samples), "options": starts}
     store = ChunkStore(None if file is None else f"{Path(file)}.chunks",
                        {"what": "atlas", **job, "atlas": options, "bounds": [low, high], "parameter": parameter})
+    if file is not None:
+        replaceable(file, "atlas")
     ready = finished(file, "atlas", store.key)
     if ready is not None:
         store.clear()

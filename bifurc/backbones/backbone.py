@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from .. import plotting
+from ..checks import array, checked, of
 from ..content import Content
 from ..orbits.balance.method import HarmonicBalance
 from ..system import System
@@ -56,11 +57,13 @@ class Backbone(Content):
         return (f"Backbone({len(self.modes)} modes, amplitude {self.amplitude[0]:.6g} to {self.amplitude[-1]:.6g}, omega "
                 f"{self.omega.min():.6g} to {self.omega.max():.6g})")
 
+    @checked()
     def plot(self, axes=None):
         """Draw amplitude over frequency and damping over amplitude; return the axes."""
         return plotting.plot_backbone(self, axes)
 
 
+@checked(amplitudes=of(array, axes=(0, 1)))
 def backbone(system: System, amplitudes, *, dof: int = 0, mode: int = 0, method: HarmonicBalance | None = None) -> Backbone:
     """Return the modes of a system at rising (or falling) amplitudes, each started from the last.
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..checks import checked, instance, number, whole
 from ..compose.scene import scene_of
 from ..content import Content
 from ..elements import EventKind
-from ..elements.checks import number, whole
 from ..enumerations import DescribedEnum
 from ..flow.settle import Penetration, start
 from ..flow.simulate import simulate
@@ -93,6 +93,7 @@ class ExtendedMode(Content):
         return simulate(with_negative_damping(self.system, self.xi), self.state, duration=self.period)
 
 
+@checked(guess=instance("bifurc.backbones.modes:ExtendedMode", "an ExtendedMode"))
 def extended_mode(system: System, amplitude: float, *, dof: int = 0, mode: int = 0, method: HarmonicBalance | None = None,
                   guess: ExtendedMode | None = None) -> ExtendedMode:
     """Return the nonlinear mode of a system at an amplitude: frequency, damping, motion.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import io
+from ..checks import checked
 from ..content import Content
 from .certificate import Certificate, PointCertificate, StretchCertificate, Verdict
 from .orbit import certify_orbit
@@ -89,11 +90,13 @@ class BranchCertificate(Content):
         io.fitted(arrays, {"values": "finite m", "seconds": "real"}, m=len(rows))
         return cls(header["parameter"], arrays["values"], rows, points, stretches, float(arrays["seconds"]), header["message"])
 
+    @checked()
     def save(self, path) -> None:
         """Write the certificate to an npz file, which `bifurc.load` reads."""
         io.write(path, *self.to_record())
 
 
+@checked()
 def certify_branch(branch, precision: int | None = None, stretches: bool = True) -> BranchCertificate:
     """Return what is proved of a branch of periodic orbits: rows, special points, and what lies between the rows.
 

@@ -6,6 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import io
+from ..checks import checked
 from ..content import Content
 
 
@@ -147,6 +148,7 @@ class Certificate(Content):
                    Verdict(header["stable"]), events, numbers[2], numbers[3], header["method"], int(header["precision"]),
                    numbers[4], header["message"])
 
+    @checked()
     def save(self, path) -> None:
         """Write the certificate to an npz file, which `bifurc.load` reads."""
         io.write(path, *self.to_record())
@@ -206,6 +208,7 @@ class PointCertificate(Content):
         return cls(header["point"], Verdict(header["exists"]), (low, high), unique, Verdict(header["transversal"]),
                    int(header["precision"]), seconds, header["message"])
 
+    @checked()
     def save(self, path) -> None:
         """Write the certificate to an npz file, which `bifurc.load` reads."""
         io.write(path, *self.to_record())

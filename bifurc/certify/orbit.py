@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arithmetic.balls import PRECISION, below, checked, ends, flint, size, working
+from ..checks import checked
+from .arithmetic.balls import PRECISION, below, ends, flint, size, working
 from .arithmetic.jets import Jet
 from .arithmetic.krawczyk import krawczyk, preconditioner, tightened
 from .candidate import Candidate, candidate_of
@@ -215,6 +216,7 @@ def multipliers(proof: Proof):
     return monodromy([Phi.value for Phi in solved.flow], jumps, pieces.ns, pieces.kept, pieces.rows)
 
 
+@checked()
 def certify_orbit(orbit, precision: int | None = None) -> Certificate:
     """Return what is proved of a periodic orbit.
 
@@ -237,10 +239,9 @@ def certify_orbit(orbit, precision: int | None = None) -> Certificate:
         For a precision that is not allowed.
     """
     start = time.process_time()
-    asked = checked(precision)
     flint()
     found = refusal("", PRECISION)
-    for bits in (PRECISION, 2 * PRECISION) if asked is None else (asked,):
+    for bits in (PRECISION, 2 * PRECISION) if precision is None else (precision,):
         with working(bits):
             try:
                 found = _certified(candidate_of(orbit), bits, start)

@@ -15,9 +15,10 @@ import time
 
 import numpy as np
 
+from ..checks import checked
 from ..continuation.shooting.signature_change import UNLISTED
 from ..orbits.shooting import sequence
-from .arithmetic.balls import PRECISION, checked, ends, flint, middle, size, working
+from .arithmetic.balls import PRECISION, ends, flint, middle, size, working
 from .arithmetic.jets import Jet
 from .arithmetic.krawczyk import krawczyk, preconditioner, tightened
 from .candidate import Candidate, Event
@@ -33,6 +34,7 @@ SMALL = 1e-5  # scaled rate of the event that grazes
 FACTORS = {"fold": 1, "period_doubling": -1, "branch_point": -1}
 
 
+@checked()
 def certify_point(point, precision: int | None = None) -> PointCertificate:
     """Return what is proved of a special point of a branch of periodic orbits.
 
@@ -49,7 +51,7 @@ def certify_point(point, precision: int | None = None) -> PointCertificate:
     PointCertificate
     """
     start = time.process_time()
-    bits = checked(precision) or PRECISION
+    bits = precision or PRECISION
     flint()
     kind = str(point.kind)
 

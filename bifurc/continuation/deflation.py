@@ -9,6 +9,7 @@ bounds them.
 """
 import numpy as np
 
+from ..checks import EQUATIONS, ORBIT, UNKNOWNS, array, checked, many, number, of, refused, state
 from ..orbits.find import find_orbit
 from ..orbits.forced import period_map
 from ..orbits.standing import resting_start
@@ -70,6 +71,7 @@ def newton(equations, u, deflation):
     return None
 
 
+@checked(problem=EQUATIONS, p=number, known=of(many, of=UNKNOWNS), starts=of(many, of=UNKNOWNS))
 def deflated_solutions(problem, p=None, known=(), starts=(), most: int = 12) -> tuple:
     """Return further solutions of a problem at one value of its parameter, as problems that `trace` takes.
 
@@ -99,7 +101,10 @@ def deflated_solutions(problem, p=None, known=(), starts=(), most: int = 12) -> 
     """
     p = float(problem.x0[-1] if p is None else p)
     scale = np.where(np.isfinite(problem.scale[:-1]), problem.scale[:-1], 1.0)
-    known = [np.array(u, float, ndmin=1) for u in known]
+    known, starts = ([np.atleast_1d(u) for u in given] for given in (known, starts))
+    for u in (*known, *starts):
+        if u.size != scale.size:
+            raise refused("deflated_solutions", "known and starts", u, f"lists of solutions of {scale.size} numbers")
     deflation = Deflation(scale, known)
 
     def step(u):
@@ -112,7 +117,7 @@ def deflated_solutions(problem, p=None, known=(), starts=(), most: int = 12) -> 
     own = newton(step, problem.x0[:-1].copy(), Deflation(scale))
     if own is not None and not deflation.has(own):
         deflation.add(own)
-    guesses = [np.array(u, float, ndmin=1) for u in starts] + [u * (1.0 + 1e-3) + 1e-3 * scale for u in deflation.known]
+    guesses = starts + [u * (1.0 + 1e-3) + 1e-3 * scale for u in deflation.known]
     guesses.append(1e-3 * scale)
     found: list = []
     for guess in guesses:
@@ -130,6 +135,7 @@ def deflated_solutions(problem, p=None, known=(), starts=(), most: int = 12) -> 
     return tuple(found)
 
 
+@checked(known=of(many, of=ORBIT), starts=of(many, of=array))
 def deflated_orbits(system, known=(), periods: int = 1, starts=None, most: int = 8) -> tuple:
     """Return further periodic orbits of a forced system, found by deflated Newton steps on the map over some periods.
 
@@ -164,7 +170,8 @@ def deflated_orbits(system, known=(), periods: int = 1, starts=None, most: int =
             return None
         _, gap, M, size = mapped
         return np.linalg.lstsq((np.eye(y.size) - M) * size, gap, rcond=1e-11)[0] * size
-    guesses = rings(points or [np.asarray(resting_start(system), float)], weights) if starts is None else starts
+    guesses = rings(points or [np.asarray(resting_start(system), float)], weights) if starts is None else \
+        [state("starts", y, (weights.size,)) for y in starts]
     found: list = []
     for guess in guesses:
         if len(found) >= most:
@@ -198,6 +205,7 @@ def rings(points, weights, radii=(0.3, 1.0, 2.0), count=8):
                 yield guess
 
 
+@checked(bounds=None)
 def isolas(point, second: str, value: float, bounds) -> tuple:
     """Return starts on the branches that a fold bounds at another value of a second parameter.
 

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
+from ..checks import checked, number, whole
 from ..compose.scene import numbered, scene_of
-from ..elements.checks import number, whole
 from ..orbits.autonomous import section, solution
 from ..orbits.energy import EnergyEquations, conservative, unfolding_path
 from ..orbits.energy import energy as stored
@@ -223,6 +223,7 @@ def resonances(mu) -> list[float]:
     return tests
 
 
+@checked()
 def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> PeriodicOrbit:
     """Return the free vibration of given energy on the family that begins with a linear mode.
 

@@ -3,6 +3,7 @@
 The functions are not stored with a branch; one that was read from a file is as good as before, but is extended, and its points
 are followed as curves, only by a new trace.
 """
+from ..checks import mapping
 from .kinds import SpecialPointKind
 from .problem import Monitor
 from .steps.callbacks import value_of
@@ -51,7 +52,7 @@ def with_monitors(problem, functions):
     ValueError
         Naming what is no function, or a name that is taken.
     """
-    if functions is None or len(functions) == 0:
+    if functions is None or not mapping("trace", "monitors", functions):
         return problem
     taken = {*TAKEN, *(monitor.name for monitor in problem.monitors)}
     for name, function in functions.items():

@@ -1,8 +1,7 @@
 """`switch_branch`: starts on the other branches that meet in a special point."""
 import numpy as np
 
-from ..elements.checks import number, whole
-from .branches.special import SpecialPoint
+from ..checks import checked
 from .kinds import SpecialPointKind
 from .problem import Corrected
 from .steps.branchpoint import other_direction
@@ -11,6 +10,7 @@ from .switched import Switched
 AWAY = 1e-2  # scaled distance of the new start from the branch point, reduced when the corrector does not go there
 
 
+@checked()
 def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     """Return starts on the other branches through a special point, which `trace` takes.
 
@@ -37,11 +37,6 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     >>> bf.switch_branch(fold)            # nothing leaves a fold
     Switched(0 starts: no other branch is known at a fold)
     """
-    if not isinstance(point, SpecialPoint):
-        raise ValueError(f"point = {point!r} is not allowed; it must be a special point of a branch, such as "
-                         "branch.special_points[0]")
-    n_max = whole("switch_branch", "n_max", n_max, least=1)
-    distance = number("switch_branch", "distance", distance, above=0.0)
     own = point.problem.branches(point, n_max)
     if own is not None:
         known = tuple(own)

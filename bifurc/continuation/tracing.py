@@ -12,7 +12,7 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from ..elements.checks import switch
+from ..checks import checked, choice, of, switch
 from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
@@ -42,6 +42,7 @@ DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
 HANDED_ON = {"ds": DS, "ds_max": None, "ds_min": DS_MIN, "max_steps": MAX_STEPS, "peaks": None, "audit": "full"}  # by other verbs
 
 
+@checked(audit=of(choice, allowed=("full", "fast")))
 def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
           stop=None, record=None, progress=None, peaks=None, monitors=None, audit="full") -> Branch:
     """Trace the branch of solutions through a start by pseudo-arclength continuation.

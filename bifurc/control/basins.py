@@ -7,9 +7,9 @@ from functools import partial
 
 import numpy as np
 
+from ..checks import checked, choice, number, of, whole
 from ..compose.scene import scene_of
 from ..elements import DelayedFeedback
-from ..elements.checks import choice, number, whole
 from ..ensemble.grid import Grid
 from ..ensemble.initial_conditions import states_at
 from ..ensemble.outcomes import CellState
@@ -36,6 +36,7 @@ ENDED = {Status.DIVERGED: CellState.DIVERGED, Status.TOO_MANY_EVENTS: CellState.
          Status.INCONSISTENT: CellState.INCONSISTENT}
 
 
+@checked(past=of(choice, allowed=PASTS))
 def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: str = "free", tolerance: float = 1e-3,
                     max_periods: int = 400, max_events: int = 2000, executor=None, file=None, progress=False) -> FeedbackBasins:
     """Return which starts of a grid a delayed feedback brings to an orbit.

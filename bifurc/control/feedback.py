@@ -8,7 +8,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from ..elements.checks import number
+from ..checks import FED, POSITIVE, RATIO, checked, number, of, whole
 from ..orbits.orbit import PeriodicOrbit
 from .characteristic import Characteristic, OnCircle
 from .collocated import Collocated
@@ -20,6 +20,7 @@ SAMPLES = 129  # gains at which the largest multiplier is looked at first
 ITERATED = 2e-3  # largest relative error of growths from iteration
 
 
+@checked(of=FED, row=None, memory=RATIO, delay=POSITIVE, samples=of(whole, least=5, most=10**8))
 def feedback_range(orbit: PeriodicOrbit, of: str = "displacement", bounds=(0.0, 1.0), *, row=0, memory: float = 0.0,
                    delay: float | None = None, samples: int = SAMPLES) -> FeedbackRange:
     """Return the intervals of the gain in which a delayed feedback makes a periodic orbit stable.
@@ -90,6 +91,7 @@ def feedback_range(orbit: PeriodicOrbit, of: str = "displacement", bounds=(0.0, 
     return _scan(orbit, of, (low, high), memory, analysis, int(samples))
 
 
+@checked(of=FED, row=None, memory=RATIO, least=POSITIVE)
 def controlled_multipliers(orbit: PeriodicOrbit, of: str, gain: float, *, row=0, memory: float = 0.0,
                            least: float = 0.1) -> np.ndarray:
     """Return all multipliers above a modulus that an orbit has under delayed feedback, largest first.

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import io, plotting
 from ..basins.maps.labelled import LabelledStarts
+from ..checks import checked
 from ..content import Content
 from ..ensemble.grid import Grid
 from ..ensemble.outcomes import CellState
@@ -110,15 +111,18 @@ class FeedbackBasins(Content, LabelledStarts):
                    arrays["labels"], arrays["states"], arrays["periods"], (orbit, *(HeldMotion(part, len(part)) for part in parts)),
                    header["key"])
 
+    @checked()
     def save(self, path) -> None:
         """Write the map to an npz file."""
         io.write(path, *self.to_record())
 
     @classmethod
+    @checked()
     def load(cls, path, elements=()) -> "FeedbackBasins":
         """Read a map that `save`, or `feedback_basins` with ``file=``, has written."""
         return io.made(path, partial(cls.from_record, elements=elements), *io.read(path, KIND))
 
+    @checked()
     def plot(self, ax=None):
         """Draw the map; return the axes."""
         return plotting.plot_basins(self, ax)

@@ -8,18 +8,19 @@ coordinate s_k that is fed back there, so that a perturbation dy of the orbit ob
 with p first order in dy: the feedback vanishes on the orbit.  b, rho and gamma are read off the same scene with a spring (or a
 dashpot) of natural size at each row, so that held rows, reactions and every contact law take part as they do anywhere else.
 """
+import numbers
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
 
+from ..checks import choice, floats, refused
 from ..compose.evaluate import Laws
 from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..content import Content
 from ..elements import EventKind
-from ..elements.checks import choice
 from ..elements.element import ALWAYS
 from ..elements.springs import LinearSpring
 from ..orbits.orbit import PeriodicOrbit
@@ -186,7 +187,8 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     # of a size that the motion feels: one would be lost in the rounding of stiff systems
     gain = float(np.abs(orbit.system.mass).max()) * natural_rate(T) ** (2 if of == "displacement" else 1)
     stiffness, damping = (gain, 0.0) if of == "displacement" else (0.0, gain)
-    units = [LinearSpring(stiffness=stiffness, damping=damping, **place) for place in places(row)]
+    where = orbit.system.dof(row) if isinstance(row, str) else row
+    units = [LinearSpring(stiffness=stiffness, damping=damping, **place) for place in places(where)]
     C = np.zeros((len(units), scene.ns))
     for c, unit in zip(C, units, strict=True):
         c[slice(0, scene.n) if of == "displacement" else slice(scene.n, 2 * scene.n)] = unit.site(scene.n).R[0]
@@ -212,13 +214,12 @@ def forced(orbit) -> None:
 
 def places(row) -> list[dict]:
     """Return the keywords of elements that act on a degree of freedom, along n factors, or along each of several rows."""
-    if np.ndim(row) == 0:
-        return [{"dof": row if isinstance(row, str) else int(row)}]
-    if np.ndim(row) == 1:
-        return [{"row": tuple(float(factor) for factor in row)}]
-    if np.ndim(row) == 2 and len(row):
-        return [{"row": tuple(float(factor) for factor in one)} for one in row]
-    raise ValueError(f"row = {row!r} is not allowed; it must be a degree of freedom, n factors, or several rows of n factors")
+    if isinstance(row, str | numbers.Integral) and not isinstance(row, bool):
+        return [{"dof": row}]
+    found = floats(row)
+    if found is None or found.ndim not in (1, 2) or not found.size:
+        raise refused("", "row", row, "a degree of freedom, n factors, or several rows of n factors")
+    return [{"row": tuple(one)} for one in np.atleast_2d(found).tolist()]
 
 
 def with_element(system: System, element) -> System:

@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import schur
 
+from .. import checks
+from ..checks import PLACE, POSITIVE, RATIO, checked, choice, number, of
 from ..compose.scene import scene_of
 from ..content import Content
 from ..continuation.shooting.problem import OrbitProblem, orbit_problem
-from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.shooting.path import slope
@@ -83,25 +84,28 @@ class OGYController(Content):
         """The status as a sentence."""
         return self.status.sentence
 
+    @checked(limit=of(number, above=0.0, finite=False))
     def correction(self, state, limit: float = np.inf) -> float:
         """Return the change of the parameter for a state (ns,) on the section; 0 where it would exceed the limit."""
-        change = -float(self.gain @ (np.asarray(state, float) - self.state))
+        change = -float(self.gain @ (checks.state("state", state, (self.state.size,)) - self.state))
         return change if abs(change) <= limit else 0.0
 
+    @checked(limit=POSITIVE)
     def window(self, limit: float) -> float:
         """Return half the width of the strip around the orbit, along the gain, in which the correction stays within a limit.
 
         In units of the state; chaos enters it sooner or later, the wider the sooner.
         """
-        limit = number("window", "limit", limit, above=0.0)
         size = float(np.linalg.norm(self.gain))
         return np.inf if size == 0.0 else limit / size
 
+    @checked(y0=None, limit=of(number, above=0.0, finite=False), noise=RATIO, start=PLACE)
     def simulate(self, y0, periods: int, limit: float, noise: float = 0.0, seed: int = 0, start: int = 0):
         """Return the motion under control; see `bifurc.control.ogy_motion.simulated`."""
         return simulated(self, y0, periods, limit, noise, seed, start)
 
 
+@checked(section=number, method=of(choice, allowed=("ogy", "deadbeat")))
 def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: str = "ogy") -> OGYController:
     """Return the controller that holds an unstable orbit by small changes of a parameter at each passage of a section.
 

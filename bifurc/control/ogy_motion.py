@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import plotting
+from ..checks import checked, state
 from ..content import Content
-from ..elements.checks import number
 from ..flow.simulate import simulate
 
 
@@ -44,6 +44,7 @@ class ControlledMotion(Content):
         first = 0 if off.size == 0 else int(off[-1]) + 1
         return first if first < self.active.size else None
 
+    @checked()
     def plot(self, axes=None):
         """Draw the states on the section and the corrections over the periods; return the axes."""
         return plotting.plot_controlled(self, axes)
@@ -67,12 +68,9 @@ def simulated(controller, y0, periods: int, limit: float, noise: float, seed: in
     start : int
         Period in which the controller is switched on.
     """
-    limit, noise = number("simulate", "limit", limit, above=0.0), number("simulate", "noise", noise, least=0.0)
-    if isinstance(periods, bool) or not isinstance(periods, int | np.integer) or periods < 1:
-        raise ValueError(f"simulate: periods = {periods!r} is not allowed; it must be a whole number of at least 1")
     orbit, rng = controller.orbit, np.random.default_rng(seed)
     system, value = orbit.system, orbit.system.parameter(controller.parameter)
-    y = np.array(y0, float)
+    y = state("y0", y0, (controller.state.size,))
     states, corrections, active = [y], [], []
     message, success = "every period was simulated", True
     for k in range(periods):

@@ -5,6 +5,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import plotting
+from ..checks import checked
 from ..content import Content
 from ..enumerations import DescribedEnum
 from ..orbits.orbit import PeriodicOrbit
@@ -100,6 +101,7 @@ class FeedbackRange(Content):
         """The status as a sentence."""
         return self.status.sentence
 
+    @checked()
     def plot(self, ax=None):
         """Draw the largest modulus over the gain, with the stable intervals; return the axes."""
         return plotting.plot_feedback(self, ax)

@@ -2,8 +2,8 @@
 import dataclasses
 from dataclasses import dataclass
 
+from ..checks import vector, whole
 from ..structure.names import named
-from .checks import vector, whole
 from .element import Element
 from .site import Rows
 

@@ -2,7 +2,7 @@
 import math
 from dataclasses import dataclass
 
-from .checks import number
+from ..checks import number
 from .element import Element
 from .mode import Law, Mode
 from .site import Rows

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import whole
+from ..checks import refused, whole
 from .element import BUILT_IN, Element
 from .local import wave
 from .site import Rows
@@ -42,7 +42,9 @@ class Driven(Element):
 
     def __post_init__(self):
         if not isinstance(self.element, Element):
-            raise ValueError(f"Driven: element = {self.element!r} is not allowed; it must be an element, such as Jenkins(...)")
+            raise refused("Driven", "element", self.element, "an element, such as Jenkins(...)")
+        if isinstance(self.element, Driven):
+            raise refused("Driven", "element", self.element, "an element that is not driven already: one motion can be prescribed")
         if self.label is None:
             object.__setattr__(self, "label", self.element.label or self.element.default_label())
         super().__post_init__()

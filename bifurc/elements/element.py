@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..checks import DECLARED, Kind
 from ..renamed import deprecated
-from .checks import number
 from .local import Affine, Core
 from .mode import Mode
 from .site import Ring, Rows, Surface
@@ -76,10 +76,12 @@ class Element:
             cls.virgin = vars(cls)["relaxed"]
 
     def __post_init__(self):
-        """Store fields declared as floats as finite floats; call it first when you check more."""
-        for name in _named(type(self))[1]:
-            if getattr(self, name) is not None or name not in _named(type(self))[2]:
-                object.__setattr__(self, name, number(type(self).__name__, name, getattr(self, name)))
+        """Store fields as what they are declared: floats finite, whole numbers, flags, words; call it first when you check more."""
+        owner = type(self).__name__
+        for name, kind, optional in _named(type(self))[3]:
+            value = getattr(self, name)
+            if value is not None or not optional:
+                object.__setattr__(self, name, kind(owner, name, value))
 
     def site(self, n: int) -> Rows:
         """Return the site in a system of ``n`` degrees of freedom."""
@@ -149,7 +151,7 @@ class Element:
     @property
     def structure(self) -> tuple:
         """What a change of parameters cannot change: the class and all fields that are not floats."""
-        names, floats, optional = _named(type(self))
+        names, floats, optional, _ = _named(type(self))
         return (type(self), *(getattr(self, name) is None if name in optional else getattr(self, name)
                               for name in names if name not in floats or name in optional))
 
@@ -168,17 +170,17 @@ class Element:
         return cls(**{name: tupled(value) for name, value in record.items() if name != "class"})
 
 
-_FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {}
+_FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...], tuple[tuple[str, Kind, bool], ...]]] = {}
 
 
-def _named(cls: type) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """Names of the fields of a class but for the label, of those that are floats, and of those floats that may be None."""
+def _named(cls: type):
+    """Names of the fields of a class but for the label, of those that are floats, of those floats that may be None; kinds."""
     if cls not in _FIELDS:
         fields = dataclasses.fields(cls)
         optional = tuple(field.name for field in fields if field.type in (float | None, "float | None"))
         _FIELDS[cls] = (tuple(field.name for field in fields if field.name != "label"),
                         tuple(field.name for field in fields if field.type in (float, "float") or field.name in optional),
-                        optional)
+                        optional, tuple((field.name, *DECLARED[field.type]) for field in fields if field.type in DECLARED))
     return _FIELDS[cls]
 
 

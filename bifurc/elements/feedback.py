@@ -2,8 +2,8 @@
 import math
 from dataclasses import dataclass
 
+from ..checks import choice, number
 from .atrow import AtRow
-from .checks import choice, number
 from .local import s, u
 from .mode import Mode
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import choice, vector, whole
 from .atrow import AtRow
-from .checks import choice, vector, whole
 from .element import Element
 from .local import affine, rate, wave
 from .mode import Mode

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checks import number
+from ..checks import number
 from .local import Affine, Frame
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import checked, flag, floats, function, number, vector, whole, word
 from .atrow import AtRow
-from .checks import number, vector, whole
 from .element import Element
 from .local import s, u
 from .mode import Law, Mode
@@ -149,15 +149,14 @@ class Force(Element):
     {'mu': 0.2}
     """
 
+    @checked(law=function, jacobian=function, site=None, odd=flag, label=word)
     def __init__(self, law: Callable, jacobian: Callable | None = None, *, site=0, odd: bool = False,
                  label: str | None = None, **parameters: float):
-        where = site if isinstance(site, str) else whole("Force", "site", site, least=0) if np.ndim(site) == 0 else \
-            _tuples(np.asarray(site, float))
-        rows = 1 if np.ndim(where) < 2 else np.shape(where)[0]
-        for name, function in (("law", law), ("jacobian", jacobian)):
-            if not callable(function) and (name == "law" or function is not None):
-                raise ValueError(f"Force: {name} = {function!r} is not allowed; it must be a function")
-        names = list(inspect.signature(law).parameters)[2 * rows:]
+        rows = None if isinstance(site, str) else floats(site)
+        where = site if isinstance(site, str) else whole("Force", "site", site, least=0) if rows is None or rows.ndim == 0 else \
+            _tuples(rows)
+        count = 1 if np.ndim(where) < 2 else np.shape(where)[0]
+        names = list(inspect.signature(law).parameters)[2 * count:]
         if set(names) != set(parameters):
             raise ValueError(f"Force: the law takes the parameters {names}, but {sorted(parameters)} were given")
         set_ = object.__setattr__
@@ -165,9 +164,9 @@ class Force(Element):
         set_(self, "law", law)
         set_(self, "jacobian", jacobian)
         set_(self, "where", where)
-        set_(self, "odd", bool(odd))
+        set_(self, "odd", odd)
         set_(self, "values", {name: number("Force", name, parameters[name]) for name in names})
-        if _always_nan(law, 2 * rows, self.parameters.values()):
+        if _always_nan(law, 2 * count, self.parameters.values()):
             raise ValueError(f"Force: law = {law!r} is not allowed; it gives NaN wherever it was tried, as at {TRIED[0]}")
 
     def __eq__(self, other):

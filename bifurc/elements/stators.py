@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .checks import choice, number, vector
+from ..checks import choice, number, vector
 from .element import Element
 from .kinds import EventKind
 from .local import affine, lam, s, u

@@ -2,8 +2,8 @@
 import dataclasses
 from dataclasses import dataclass
 
+from ..checks import choice, number, whole
 from .atrow import AtRow
-from .checks import choice, number, whole
 from .kinds import EventKind
 from .local import lam, s, u, wave
 from .mode import Guard, Hold, Mode, Restitution
@@ -34,9 +34,9 @@ class Wall(AtRow):
     harmonic: int = 0
 
     def __post_init__(self):
-        super().__post_init__()
         name = type(self).__name__
-        object.__setattr__(self, "side", int(choice(name, "side", self.side, (1, -1))))
+        object.__setattr__(self, "side", choice(name, "side", self.side, (1, -1)))
+        super().__post_init__()
         object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=0))
         if self.harmonic == 0 and (self.amplitude != 0.0 or self.phase != 0.0):
             moved = "amplitude" if self.amplitude != 0.0 else "phase"

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import array, checked, many, number, of, refused, whole, word
+
 SHARE = 0.5  # of the machine's memory that a grid may need
 
 
@@ -52,19 +54,18 @@ class Grid:
     at: dict[str, float]
     periodic: tuple[str, ...]
 
+    @checked(periodic=None)
     def __init__(self, *, at: Mapping[str, float] | None = None, periodic: Iterable[str] = (), **ranges):
         if not ranges:
             raise ValueError("Grid: no components are given; write for example Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
-        if at is not None and not isinstance(at, Mapping):
-            raise ValueError(f"at = {at!r} is not allowed; it must be a mapping of components to values, such as {{'v0': 0.0}}")
         sides = [_side(name, value) for name, value in ranges.items()]
         fixed = {}
         for name, value in (at or {}).items():
             _named(name)
             if name in ranges:
                 raise ValueError(f"Grid: at = {dict(at or {})!r} fixes {name}, which the grid runs over")
-            fixed[name] = _number(f"at[{name!r}]", value)
-        wraps = (periodic,) if isinstance(periodic, str) else tuple(periodic)
+            fixed[name] = number("Grid", f"at[{name!r}]", value)
+        wraps = (periodic,) if isinstance(periodic, str) else tuple(many("Grid", "periodic", periodic, of=word))
         for name in wraps:
             if name not in ranges:
                 raise ValueError(f"Grid: periodic = {wraps!r} names {name!r}, which the grid does not run over; it runs "
@@ -86,15 +87,20 @@ class Grid:
 
     def centres(self, axis: int) -> np.ndarray:
         """Return the centres of the cells along an axis, shape (cells,)."""
+        axis = whole("Grid.centres", "axis", axis, least=0, most=len(self.names) - 1)
         low, high, cells = self.low[axis], self.high[axis], self.shape[axis]
         return low + (np.arange(cells) + 0.5) * ((high - low) / cells)
 
+    @checked(cells=None, offset=of(array, axes=(0, 1, 2)))
     def points(self, cells: np.ndarray, offset=0.5) -> np.ndarray:
         """Return points (k, d) of the grid's own components in cells given by number.
 
         ``offset`` (scalar or d numbers in 0 .. 1) is the place in the cell: 0.5 its centre.
         """
-        where = np.stack(np.unravel_index(np.asarray(cells), self.shape), axis=-1)
+        cells = np.asarray(cells)
+        if cells.dtype.kind not in "iu" or cells.size and not 0 <= cells.min() <= cells.max() < self.size:
+            raise refused("Grid.points", "cells", cells, f"numbers of cells, 0 to {self.size - 1}")
+        where = np.stack(np.unravel_index(cells, self.shape), axis=-1)
         return np.array(self.low) + (where + offset) * self.widths
 
     def wrapped(self, points: np.ndarray) -> np.ndarray:
@@ -229,23 +235,12 @@ def place_of(name: str, n: int, ns: int, owner: str = "Grid") -> int:
 def _side(name: str, value) -> tuple[float, float, int]:
     _named(name)
     try:
-        low, high, cells = value
-    except (TypeError, ValueError):
-        raise ValueError(f"Grid: {name} = {value!r} is not allowed; it must be (low, high, cells)") from None
-    low, high = _number(name, low), _number(name, high)
+        given = None if isinstance(value, str | bytes) else tuple(value)
+    except Exception:  # no list, or what a foreign class raises
+        given = None
+    if given is None or len(given) != 3:
+        raise refused("Grid", name, value, "(low, high, cells)")
+    low, high = (number("Grid", name, item) for item in given[:2])
     if not low < high:
-        raise ValueError(f"Grid: {name} = {value!r} is not allowed; its low bound must be below its high bound")
-    if isinstance(cells, bool) or not isinstance(cells, (int, np.integer)) or cells < 1:
-        raise ValueError(f"Grid: {name} = {value!r} is not allowed; the number of cells must be a whole number of at "
-                         "least 1")
-    return low, high, int(cells)
-
-
-def _number(name: str, value) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"Grid: {name} = {value!r} is not allowed; it must be a finite number") from None
-    if not np.isfinite(number):
-        raise ValueError(f"Grid: {name} = {value!r} is not allowed; it must be finite")
-    return number
+        raise refused("Grid", name, value, "(low, high, cells), and its low bound must be below its high bound")
+    return low, high, whole("Grid", f"number of cells of {name}", given[2], least=1)

@@ -1,11 +1,13 @@
 """Region: a box of starts over any components of the state, filled evenly and without a pattern."""
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
+from ..checks import number, pair, refused
 from ..compose.scene import Scene
 from ..content import Content
-from .grid import _named, _number, place_of
+from .grid import _named, place_of
 from .initial_conditions import states_at
 
 
@@ -27,22 +29,15 @@ class Region(Content):
 
     def __init__(self, ranges: Mapping[str, tuple[float, float]], at: Mapping[str, float] | None = None):
         if not isinstance(ranges, Mapping) or not ranges:
-            raise ValueError(f"region = {ranges!r} is not allowed; it must name components and ranges of the start, such as "
-                             "{'q0': (-3, 1), 'v0': (-4, 4)}")
+            raise refused("", "region", ranges, "components and ranges of the start, such as {'q0': (-3, 1), 'v0': (-4, 4)}")
         self.ranges: dict[str, tuple[float, float]] = {}
         for name, value in ranges.items():
             _named(name)
-            try:
-                low, high = value
-            except (TypeError, ValueError):
-                raise ValueError(f"region: {name} = {value!r} is not allowed; it must be (low, high)") from None
-            low, high = _number(name, low), _number(name, high)
-            if not low < high:
-                raise ValueError(f"region: {name} = {value!r} is not allowed; its low bound must be below its high bound")
+            low, high = pair("region", name, value)
+            if not (low < high and math.isfinite(high - low)):
+                raise refused("region", name, value, "(low, high), and its low bound must be below its high bound")
             self.ranges[name] = low, high
-        if at is not None and not isinstance(at, Mapping):
-            raise ValueError(f"at = {at!r} is not allowed; it must be a mapping of components to values, such as {{'v0': 0.0}}")
-        self.at = {name: _number(name, value) for name, value in (at or {}).items()}
+        self.at = {name: number("at", name, value) for name, value in (at or {}).items()}
         for name in self.at:
             _named(name)
             if name in self.ranges:

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import checked, choice, of, word
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN
 from ..flow.trajectory import Trajectory
-from .grid import _named, _number, place_of
+from .grid import _named, place_of
 
 PER_TURN = 32  # looks at the motion in a period of the fastest oscillation
 HALVINGS = 100  # of an interval at most, to rounding
@@ -16,6 +17,7 @@ EPS = float(np.finfo(float).eps)
 ON = 1e-11  # of the largest value of the component: as near the motion lies in the section, and has not passed it
 
 
+@checked(coordinate=word, direction=of(choice, allowed=(1, -1, 0)))
 @dataclass(frozen=True)
 class Section:
     """Surface on which motions are compared: a component of the state passes a value in one direction, or in both.
@@ -49,12 +51,7 @@ class Section:
     direction: int = 1
 
     def __post_init__(self):
-        if not isinstance(self.coordinate, str):
-            raise ValueError(f"Section: coordinate = {self.coordinate!r} is not allowed; it must be a name such as 'q0' or 'v0'")
         _named(self.coordinate)
-        object.__setattr__(self, "value", _number("Section: value", self.value))
-        if self.direction not in (1, -1, 0):
-            raise ValueError(f"Section: direction = {self.direction!r} is not allowed; it must be 1 (rising), -1 (falling) or 0")
 
     def place(self, scene: Scene) -> int:
         """Return the place of the component in the state.

@@ -5,10 +5,13 @@ import webbrowser
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..checks import BALANCE, BASINS, BRANCH, ORBIT, SYSTEM, checked, either, function, path, text
 from ..system import System
 from .model import of_result, of_system
 
 
+@checked(what=either(SYSTEM, BRANCH, ORBIT, BALANCE, BASINS, allowed="a System, a branch, an orbit or a basin map"), path=text,
+         out=path, say=function)
 def serve(what: Any, parameter: str | None = None, bounds: Sequence[float] | None = None, *, window: Mapping | None = None,
           path: str = "", out="bifurc-results", workers: int | None = None, browser: bool = True, say: Any = print) -> None:
     """Show a system, or a saved result, in the browser until the keyboard interrupts.

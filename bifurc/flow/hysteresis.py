@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import plotting
+from ..checks import array, checked, of, whole
 from ..content import Content
 from ..elements import EventKind
-from ..elements.checks import whole
 from ..elements.driven import Driven
 from ..elements.local import Frame, affine
 from ..elements.mode import Algebraic
@@ -125,23 +125,28 @@ class Loop(Content, Notebook):
             found.append(np.ptp(np.concatenate(values)) if values else 0.0)
         return np.array(found)
 
+    @checked(t=of(array, axes=(0, 1)))
     def displacement(self, t) -> np.ndarray:
         """Return the prescribed coordinate at times ``t``, same shape."""
         return states(self.harmonics, self.omega * np.asarray(t, float)) @ self.motion
 
+    @checked(t=of(array, axes=(0, 1)))
     def force(self, t) -> np.ndarray:
         """Return the force on the drive (what moves it, minus the force of the element) at times ``t``, same shape."""
         return self._rows(t, np.array([piece.force[None] for piece in self.pieces]))[..., 0]
 
+    @checked(t=of(array, axes=(0, 1)))
     def sliders(self, t) -> np.ndarray:
         """Return the positions of the sliders at times ``t``, shape of ``t`` and then sliders."""
         return self._rows(t, np.array([piece.memory for piece in self.pieces]))
 
+    @checked()
     def sample(self, n: int = 720) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return times (m,), displacements and forces of one period: n equal steps and all events."""
         t = np.unique(np.concatenate((np.linspace(0.0, TURN / self.omega, n + 1), [event.time for event in self.events])))
         return t, self.displacement(t), self.force(t)
 
+    @checked()
     def plot(self, ax=None):
         """Draw force over displacement; return the Axes."""
         return plotting.plot_loop(self, ax)
@@ -189,6 +194,7 @@ class Hysteresis(Content, Notebook):
         """Whether all loops are periodic."""
         return all(loop.success for loop in self.loops)
 
+    @checked()
     def plot(self, ax=None):
         """Draw all loops; return the Axes."""
         for loop in self.loops:
@@ -196,6 +202,7 @@ class Hysteresis(Content, Notebook):
         return ax
 
 
+@checked()
 def hysteresis(system: System, element: str | None = None, max_periods: int = 100) -> Hysteresis:
     """Return the periodic force-displacement loops of the driven elements of a system.
 

@@ -1,6 +1,7 @@
 """Simulate a system through its events."""
 import numpy as np
 
+from ..checks import RATIO, checked
 from ..compose.modal import give_modal
 from ..compose.scene import scene_of
 from ..compose.tables import paced
@@ -45,6 +46,7 @@ ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; 
 WORK, LAW_STEPS = 2e7, 5000.0
 
 
+@checked(periods=RATIO, duration=RATIO)
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
              max_events: int = 2000, history=None):
     """Return the motion from a state, through all its events.
@@ -90,7 +92,7 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     if history is not None:
         raise ValueError(f"history is not allowed; {system!r} has no delayed feedback")
     scene = scene_of(system)
-    t0, length = checked_length(scene, periods, duration, t0, max_events)
+    t0, length = checked_length(scene, periods, duration, t0)
     y0 = checked_state(scene, y0, t0)
     if not scene.tables.V.size:  # in modal coordinates a fast motion that has decayed costs nothing
         warn_if_slow(system)

@@ -5,6 +5,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from .. import plotting
+from ..checks import checked
 from ..compose.scene import scene_of
 from ..content import Content
 from ..elements import EventKind
@@ -208,6 +209,7 @@ class Trajectory(Content, Notebook, Motion):
         engine_of(scene).sample(scene.tables, modes, t % self._period if self._period else t, y, np.arange(len(t)), spans, out)
         return scene.shown(modes, out, t + spans)
 
+    @checked()
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""
         times = np.linspace(self.start, self.stop, n)

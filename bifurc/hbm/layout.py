@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..elements.checks import whole
+from ..checks import floats, refused, whole
 
 
 @dataclass(frozen=True)
@@ -171,6 +171,8 @@ class Layout:
                 out[there + 1] = q[here + 1]
         return out.ravel()
 
+MOST = 100_000  # a harmonic beyond it is a mistake
+
 
 def listed(harmonics, periods: int = 1) -> tuple[int, ...]:
     """Return the harmonics of a balance: a whole number H means 0 .. H (in steps of 1/periods), a sequence itself.
@@ -181,14 +183,13 @@ def listed(harmonics, periods: int = 1) -> tuple[int, ...]:
         For anything else, naming what is allowed.
     """
     if isinstance(harmonics, (int, np.integer)) and not isinstance(harmonics, bool):
-        if harmonics < 1:
-            raise ValueError(f"harmonics = {harmonics!r} is not allowed; it must be at least 1, or a list")
-        return tuple(range(int(harmonics) * periods + 1))
-    try:
-        found = sorted({float(k) * periods for k in harmonics})
-    except (TypeError, ValueError):
-        raise ValueError(f"harmonics = {harmonics!r} is not allowed; it must be a whole number or a list of harmonics of the "
-                         "excitation") from None
-    if not found or any(k < 0.0 or abs(k - round(k)) > 1e-9 for k in found):
-        raise ValueError(f"harmonics = {harmonics!r} is not allowed; each times {periods} period(s) must be a whole number >= 0")
-    return tuple(round(k) for k in found)
+        return tuple(range(whole("", "harmonics", harmonics, least=1, most=MOST) * periods + 1))
+    found = floats(harmonics)
+    if found is None or found.ndim != 1 or not found.size or not (np.abs(found) <= MOST).all():
+        raise refused("", "harmonics", harmonics, "a whole number or a list of harmonics of the excitation")
+    turns = np.round(found * periods)
+    if (turns < 0.0).any() or (np.abs(found * periods - turns) > 1e-9).any():
+        raise refused("", "harmonics", harmonics, f"such that each times {periods} period(s) is a whole number >= 0")
+    if np.unique(turns).size < turns.size:
+        raise refused("", "harmonics", harmonics, "a list that names each harmonic once")
+    return tuple(np.sort(turns).astype(int).tolist())

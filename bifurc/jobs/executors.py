@@ -124,13 +124,6 @@ def _makes(executor) -> bool:
     return isinstance(executor, type) or callable(executor) and not hasattr(executor, "submit")
 
 
-def workers_of(owner: str, workers) -> int | None:
-    """Return a number of threads as it was given, or raise ValueError: a whole number of at least 1, or None."""
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int | np.integer) or workers < 1):
-        raise ValueError(f"{owner}: workers = {workers!r} is not allowed; it must be a whole number, at least 1, or None")
-    return None if workers is None else int(workers)
-
-
 def _maker(executor, workers: int | None, count: int) -> tuple[Callable[[], Executor], bool]:
     """Return what gives the pool, and whether it is to be shut down here."""
     check_executor(executor)

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
+from ..checks import ELEMENTS, POSITIVE, checked, like, number, path
 from ..content import Content
 from ..io import other_than_file
 from ..io.archive import Archive
-from ..structure.checks import Structure, checked
+from ..structure.checks import Structure
+from ..structure.checks import checked as structure_of
 from ..system import System
 from .assembling import assembled
 
@@ -54,6 +56,7 @@ class Model(Content):
     source: str = ""
     structure: Structure | None = field(default=None, repr=False)
 
+    @checked(elements=ELEMENTS, omega=POSITIVE)
     def system(self, elements: Iterable = (), omega: float | None = None) -> System:
         """Return the system with elements, which may sit on the names of the degrees of freedom."""
         assert self.structure is not None
@@ -64,6 +67,7 @@ class Model(Content):
         return f"Model({self.source}: {self.structure.report})"
 
 
+@checked(mass=path, stiffness=path, damping=path, gyroscopic=path)
 def read(path: str | os.PathLike | None = None, *, mass=None, stiffness=None, damping=None, gyroscopic=None,
          dofs: Sequence | None = None, symmetric: bool = True) -> Model:
     """Read the matrices of a linear structure.
@@ -125,11 +129,12 @@ def read(path: str | os.PathLike | None = None, *, mass=None, stiffness=None, da
 
 def model(M: Any, C: Any, K: Any, G: Any, dofs: Sequence | None, source: str, symmetric: bool = True) -> Model:
     """Return checked matrices as a `Model`."""
-    structure = checked(M, C, K, G, dofs, symmetric)
+    structure = structure_of(M, C, K, G, dofs, symmetric)
     _log.info("%s: %s", source, structure.report)
     return Model(structure.M, structure.C, structure.K, structure.G, structure.dofs, source, structure)
 
 
+@checked(rotor=like("a rotor of ROSS", "M", "C", "K", "G"), speed=number)
 def from_ross(rotor: Any, speed: float) -> Model:
     """Return the matrices of a ROSS rotor at a spin speed.
 

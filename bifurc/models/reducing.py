@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import whole
 from ..elements import BaseMotion, Coulomb, ElasticStop, Element, Force, Jenkins, RigidStop
 from ..elements.atrow import AtRow
-from ..elements.checks import whole
 from ..structure import names
 from ..structure.reduction import reduce
 from ..structure.statics import product

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.linalg import eig
 from scipy.optimize import brentq
 
+from ..checks import state
 from ..compose.natural import natural_length
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN, paced
-from ..elements.checks import state
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory

@@ -4,6 +4,7 @@ import math
 import numpy as np
 
 from .. import io, plotting
+from ..checks import RATIO, checked
 from ..content import Content
 from ..flow.trajectory import Events
 from ..motion import Motion
@@ -54,12 +55,14 @@ class Orbit(Content, Notebook, Motion):
         """Return the orbit as one that lies where its sequence of events changes, of which a branch tells."""
         raise NotImplementedError
 
+    @checked()
     def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
         """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""
         if not (isinstance(n, (int, np.integer)) and n >= 2):
             raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
         return self._sampled(int(n))
 
+    @checked(h=RATIO)
     def harmonic(self, h: float, dof: int = 0) -> complex:
         """Return a - ib of a cos(h omega t) + b sin(h omega t) in a coordinate; h = 0 gives the mean.
 
@@ -70,6 +73,7 @@ class Orbit(Content, Notebook, Motion):
             raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number >= 0")
         return self._phasor(h, self._coordinate(dof))
 
+    @checked()
     def save(self, path) -> None:
         """Write the orbit to an npz file."""
         io.write(path, *self.to_record())

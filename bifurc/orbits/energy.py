@@ -8,6 +8,7 @@ regular again.
 """
 import numpy as np
 
+from ..checks import checked, state
 from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..flow.linear import ModeField
@@ -30,6 +31,7 @@ def conservative(system: System) -> bool:
     return all(element.stored_energy(np.full(len(element.site(system.n).R), 0.37)) is not None for element in system.elements)
 
 
+@checked()
 def energy(system: System, y) -> float:
     """Return the energy of a state: kinetic, of the linear springs, and what the elements store.
 
@@ -58,7 +60,7 @@ def energy(system: System, y) -> float:
     4.0
     """
     n = system.n
-    q, v = np.asarray(y, float)[:n], np.asarray(y, float)[n:2 * n]
+    q, v = np.split(state("y", y, (2 * n,)), 2)
     total = 0.5 * float(v @ system.mass @ v) + 0.5 * float(q @ system.stiffness @ q)
     for label, element in zip(system.labels, system.elements, strict=True):
         stored = element.stored_energy(element.site(n).R @ q)

@@ -1,8 +1,7 @@
 """Find a periodic orbit: simulate for the event signature, solve with it fixed, audit."""
-import numpy as np
 
+from ..checks import checked, state
 from ..compose.scene import scene_of
-from ..elements.checks import state, whole
 from ..system import System, require_system
 from .autonomous import autonomous_orbit
 from .base import Orbit
@@ -12,6 +11,7 @@ from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 
 
+@checked()
 def find_orbit(system: System, guess=None, periods: int | None = None, *, closure: int | None = None,
                transient: int = 800, method=None, period: float | None = None) -> PeriodicOrbit:
     """Return a periodic orbit of a system, forced or autonomous.
@@ -68,13 +68,8 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         raise ValueError(f"period = {period!r} is not allowed; the excitation of {system!r} gives it, say how many in periods=")
     if system.period is None and periods is not None:
         raise ValueError(f"periods = {periods!r} is not allowed; {system!r} has no excitation, say about how long in period=")
-    if periods is not None and (isinstance(periods, bool) or not isinstance(periods, (int, np.integer)) or periods < 1):
-        raise ValueError(f"periods = {periods!r} is not allowed; it must be a whole number of at least 1")
-    if closure not in (None, 1, -1):
-        raise ValueError(f"closure = {closure!r} is not allowed; it must be 1, -1 or None")
     if closure == -1 and system.symmetry != -1:
         raise ValueError(f"closure = -1 is not allowed; {system!r} is not symmetric under y -> -y")
-    transient = whole("find_orbit", "transient", transient, least=0)
     if system.period is None:
         return autonomous_orbit(system, guess, closure, transient, period)
     if isinstance(guess, PeriodicOrbit):

@@ -9,11 +9,11 @@ from functools import partial
 
 import numpy as np
 
+from ..checks import checked, number, whole
 from ..compose.scene import scene_of
 from ..compose.writer import kernels
 from ..content import Content
 from ..elements import EventKind
-from ..elements.checks import number, whole
 from ..flow.initial import checked_state
 from ..flow.scan import CHATTER, EVENT
 from ..flow.settle import Rule
@@ -75,6 +75,7 @@ class LyapunovExponents(Content, Notebook):
         return bool(self.values[0] > 4.0 * self.errors[0] and self.values[0] > 0.0)
 
 
+@checked()
 def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: int = 200, batches: int = 20,
                        max_events: int = 2000, period: float | None = None) -> LyapunovExponents:
     """Return the Lyapunov exponents of the motion from a state.

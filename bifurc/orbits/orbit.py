@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from .. import io
+from ..checks import checked
 from ..compose.scene import Scene, numbered, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
@@ -463,14 +464,17 @@ class PeriodicOrbit(Orbit):
         self.equations.motion.measures(self.equations.path.tables, whole.nodes, whole.span, U, self._coordinate(dof), float(h), out)
         return out
 
+    @checked()
     def maximum(self, dof: int = 0) -> float:
         """Largest value of a coordinate over the period, exact."""
         return float(self._measure(dof, 0.0)[0])
 
+    @checked()
     def minimum(self, dof: int = 0) -> float:
         """Smallest value of a coordinate over the period, exact."""
         return float(self._measure(dof, 0.0)[1])
 
+    @checked()
     def rms(self, dof: int = 0) -> float:
         """Root mean square of a coordinate over the period."""
         return math.sqrt(self._measure(dof, 0.0)[2])
@@ -479,6 +483,7 @@ class PeriodicOrbit(Orbit):
         out = self._measure(dof, h / self._whole[0].span if self.autonomous else h)
         return complex(out[3], -out[4])
 
+    @checked()
     def certify(self, precision: int | None = None):
         """Prove the orbit in ball arithmetic: that it exists, is unique nearby, passes no guard unnoticed, and is stable or not.
 

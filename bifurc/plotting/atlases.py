@@ -5,6 +5,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from ..checks import checked, like
 from . import style
 from .branches import _value, pieces
 
@@ -18,6 +19,7 @@ _MARKED = 2  # forcing periods up to which special points are marked: those of l
 
 
 @style.styled
+@checked(found=like("an Atlas", "table", "branches"))
 def plot_atlas(found, ax: Axes | None = None, measure: str | None = None) -> Axes:
     """Draw all branches of an atlas over its parameter.
 

@@ -1,10 +1,12 @@
 """Pictures of backbone curves: amplitude over frequency, damping over amplitude."""
 from matplotlib.axes import Axes
 
+from ..checks import checked, like
 from . import style
 
 
 @style.styled
+@checked(found=like("a Backbone", "omega", "amplitude", "damping"))
 def plot_backbone(found, axes=None) -> list[Axes]:
     """Draw amplitude over frequency and, beside it, the modal damping ratio over amplitude.
 

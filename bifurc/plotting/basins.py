@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import ScaledTranslation
 
+from ..checks import SADDLE, SET, checked, either, like, many, of
 from . import style
 from .motions.phase_plane import describe
 
@@ -27,6 +28,8 @@ _SPECIAL = [(None, "#ffffff", None, "unresolved"), (_BEYOND, "#f2f2f2", "////", 
 
 
 @style.styled
+@checked(basins=like("a map of basins", "labels", "grid", "attractors"), unstable=SET, stable=SET,
+         saddle=either(SADDLE, of(many, of=SADDLE), allowed="an orbit, an EdgeState, or several"))
 def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstable: Any = None, stable: Any = None) -> Axes:
     """Draw a basin map with its attractors, the share of each basin, boundary entropy and how reliable its labels are.
 
@@ -192,6 +195,7 @@ _FIELDS = {"periods": ("forcing periods until near the attractor", "cividis"), "
 
 
 @style.styled
+@checked(basins=like("a map of basins", "labels", "grid"))
 def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
     """Draw what else was recorded of each cell: ``periods``, ``impacts`` or ``speeds`` (logarithmic; grazes are dark).
 

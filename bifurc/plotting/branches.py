@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
+from ..checks import DRAWN, array, checked, flag, many, of
 from . import style
 
 _DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
@@ -18,6 +19,7 @@ _CONTACTS = (({"impact", "release", "chatter", "graze"}, ("free, ", "impacting, 
 
 
 @style.styled
+@checked(branch=DRAWN, points=flag)
 def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None, points: bool = True) -> Axes:
     """Draw a branch: stable solid, unstable dashed, motions with and without events in two colours, special points marked.
 
@@ -79,6 +81,7 @@ def _mark_proved(ax: Axes, branch: Any, certificate: Any, measure: str, at_point
                     markeredgecolor=style.GREEN, markeredgewidth=1.2, zorder=4)
 
 
+@checked(branches=of(many, of=DRAWN))
 def plot_branches(branches: Iterable[Any], ax: Axes | None = None, measure: str | None = None) -> Axes:
     """Draw several branches of one parameter on the same axes; see `plot_branch`."""
     branches = list(branches)
@@ -245,6 +248,7 @@ def _column(branch: Any, name: str):
 
 
 @style.styled
+@checked(points=of(array, axes=(2,)), away=None)
 def plot_over(ax: Axes, points, away) -> Axes:
     """Lay points (k, 2) over a diagram; the legend tells their mean and largest distance ``away`` (k,) from it.
 

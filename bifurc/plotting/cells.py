@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Patch
 
+from ..checks import COUNT, checked, like
 from . import style
 from .basins import _COLORS, _component, _percent
 from .motions.phase_plane import describe
@@ -14,6 +15,7 @@ _WHITE, _LEFT, _BEYOND = "#ffffff", "#bdbdbd", "#f2f2f2"
 
 
 @style.styled
+@checked(cells=like("a CellMap", "grid", "groups"))
 def plot_cells(cells: Any, ax: Axes | None = None, field: str = "labels", group: int = 0) -> Axes:
     """Draw a map of cells over two components.
 
@@ -107,6 +109,7 @@ def _field(cells: Any, ax: Axes, field: str, group: int, drawn: dict) -> None:
 
 
 @style.styled
+@checked(cells=like("a CellMap", "morse", "groups"), least=COUNT)
 def plot_morse(cells: Any, ax: Axes | None = None, least: int = 1) -> Axes:
     """Draw the Morse graph of a map of cells: recurrent groups, the closed ones at the bottom, arrows along the motion.
 

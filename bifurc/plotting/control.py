@@ -2,10 +2,12 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..checks import checked, like
 from . import style
 
 
 @style.styled
+@checked(found=like("a FeedbackRange", "intervals", "gains"))
 def plot_feedback(found, ax: Axes | None = None) -> Axes:
     """Draw the largest modulus of a multiplier over the gain; stable intervals are shaded, their ends marked.
 
@@ -41,6 +43,7 @@ def plot_feedback(found, ax: Axes | None = None) -> Axes:
 
 
 @style.styled
+@checked(motion=like("a ControlledMotion", "states", "corrections"))
 def plot_controlled(motion, axes=None) -> list[Axes]:
     """Draw the first coordinate on the section and the corrections of the parameter over the periods.
 
@@ -67,6 +70,7 @@ def plot_controlled(motion, axes=None) -> list[Axes]:
 
 
 @style.styled
+@checked(motion=like("a motion with delayed feedback", "sections", "feedback"))
 def plot_delayed(motion, axes=None) -> list[Axes]:
     """Draw the first coordinate at the forcing periods and the feedback force over time, of a motion with delayed feedback.
 

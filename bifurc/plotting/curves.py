@@ -5,12 +5,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.interpolate import PchipInterpolator
 
+from ..checks import checked, flag, like
 from . import style
 
 _FINE = 12  # drawn pieces between two rows
 
 
 @style.styled
+@checked(curve=like("a ParameterCurve", "parameters", "column"), points=flag)
 def plot_curve(curve: Any, ax: Axes | None = None, points: bool = True) -> Axes:
     """Draw a curve of special points over both parameters; extrema, cusps and ends are marked.
 

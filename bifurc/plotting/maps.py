@@ -4,10 +4,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..checks import checked, like
 from . import style
 
 
 @style.styled
+@checked(diagram=like("a MapDiagram", "points", "values"))
 def plot_map_diagram(diagram: Any, ax: Axes | None = None, component: int = 0) -> Axes:
     """Draw a component of the iterates of a map over its parameter.
 

@@ -16,6 +16,8 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..checks import COUNT, POSITIVE, checked, like, refused
+
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY = "#808080"
@@ -82,7 +84,7 @@ def checked_names(names: Mapping[str, str]) -> dict[str, str]:
         When it is no mapping of text to text.
     """
     if not isinstance(names, Mapping) or not all(isinstance(item, str) for pair in names.items() for item in pair):
-        raise ValueError(f"names = {names!r} is not allowed; it must map names to labels, such as {{'omega': 'speed (rad/s)'}}")
+        raise refused("", "names", names, "a mapping of names to labels, such as {'omega': 'speed (rad/s)'}")
     return dict(names)
 
 
@@ -103,6 +105,7 @@ def styled(function: Callable) -> Callable:
 
 
 @styled
+@checked(width=POSITIVE, height=POSITIVE, columns=COUNT, rows=COUNT)
 def figure(width: float = 6.3, height: float = 3.9, columns: int = 1, rows: int = 1,
            **options) -> tuple[Figure, list[Axes]]:
     """Return a figure that belongs to no window, for scripts and machines without a screen.
@@ -135,6 +138,7 @@ def shown_figure(width: float, height: float, columns: int = 1, **options) -> li
 
 
 @styled
+@checked(made=like("a figure of matplotlib", "savefig", "canvas"))
 def save_figure(made: Figure, path: str | os.PathLike, **options) -> Path:
     """Write a figure to a file that appears complete or not at all; the suffix names the format.
 

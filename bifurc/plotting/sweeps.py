@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
+from ..checks import SET, checked, like
 from . import style
 from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
@@ -19,6 +20,7 @@ _FIELDS = {"periods": "period of the motion most starts reach", "impacts": "impa
 
 
 @style.styled
+@checked(sweep=like("a Sweep", "tracks", "fractions"))
 def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequence[Any] = (),
                measure: str = "rms_0") -> Sequence[Axes]:
     """Draw the attractors of a sweep on the branches of `trace`, above the share of the starts that each attracts.
@@ -101,6 +103,7 @@ def _family(tracks: Sequence[Any]) -> str:
 
 
 @style.styled
+@checked(ramp=like("a Ramp", "maximum", "directions"))
 def plot_ramp(ramp: Any, ax: Axes | None = None, measure: str = "max_0", branches: Sequence[Any] = ()) -> Axes:
     """Draw the largest or least displacement of a motion while a parameter runs up and down, and where it jumps.
 
@@ -139,6 +142,7 @@ def plot_ramp(ramp: Any, ax: Axes | None = None, measure: str = "max_0", branche
 
 
 @style.styled
+@checked(diagram=like("a BifurcationDiagram", "points", "directions"))
 def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branches: Sequence[Any] = ()) -> Axes:
     """Draw a component of the section points over the parameter: up in one colour, down in another.
 
@@ -177,6 +181,7 @@ def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branc
 
 
 @style.styled
+@checked(chart=like("a ParameterChart", "periods", "values"))
 def plot_chart(chart: Any, ax: Axes | None = None, field: str = "periods") -> Axes:
     """Draw one field of a chart over its two parameters.
 
@@ -241,6 +246,7 @@ def _edges(centres: np.ndarray) -> np.ndarray:
 
 
 @style.styled
+@checked(edge=like("an EdgeState", "basins", "saddle"), unstable=SET, stable=SET)
 def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: Any = None) -> Axes:
     """Draw a basin map with the saddle on the boundary of two basins, and its unstable and stable sets.
 

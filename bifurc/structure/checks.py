@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import floats, refused
 from ..content import Content
 from .names import dof_names
 from .statics import ROUNDED, Held
@@ -93,19 +94,22 @@ def dense(name: str, matrix: Any) -> np.ndarray:
     ------
     ValueError
     """
-    if hasattr(matrix, "toarray"):
+    try:
+        sparse, kind = hasattr(matrix, "toarray"), np.asarray(matrix).dtype.kind
+    except Exception:  # what a foreign class raises
+        sparse, kind = False, "O"
+    if sparse:
         if max(matrix.shape) > LARGEST:
             raise ValueError(f"from_matrices: {name} has shape {matrix.shape}; up to {LARGEST} degrees of freedom are taken. "
                              "Reduce the model where it was made (a superelement of its contact nodes) and read that")
         matrix = matrix.toarray()
-    array = np.asarray(matrix)
-    if array.dtype.kind == "c":
+        kind = matrix.dtype.kind
+    if kind == "c":
         raise ValueError(f"from_matrices: {name} is complex; structural damping has no free motion in time. Give viscous damping "
                          "(bf.modal_damping) and the real stiffness")
-    try:
-        array = np.array(array, float)
-    except (TypeError, ValueError):
-        raise ValueError(f"from_matrices: {name} = {matrix!r} is not a matrix of numbers") from None
+    array = floats(matrix)
+    if array is None:
+        raise refused("from_matrices", name, matrix, "a matrix of numbers")
     if array.ndim == 0:
         array = array.reshape(1, 1)
     if array.ndim != 2 or array.shape[0] != array.shape[1] or not array.size:

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import eigh
 
+from ..checks import RATIO, array, checked, floats, of, shown
 from .checks import dense, even
 
 
+@checked(alpha=RATIO, beta=RATIO, ratios=of(array, count=2), frequencies=of(array, count=2))
 def rayleigh_damping(M, K, alpha: float | None = None, beta: float | None = None, *, ratios: Sequence[float] | None = None,
                      frequencies: Sequence[float] | None = None) -> np.ndarray:
     """Return C = alpha M + beta K.
@@ -37,7 +39,7 @@ def rayleigh_damping(M, K, alpha: float | None = None, beta: float | None = None
     >>> rayleigh_damping(np.eye(1), 4.0 * np.eye(1), ratios=(0.05, 0.05), frequencies=(1.0, 2.0)).round(12).tolist()
     [[0.2]]
     """
-    mass, stiffness = even("M", dense("M", M)), even("K", dense("K", K))
+    mass, stiffness = _pair(M, K)
     if (ratios is None) != (frequencies is None) or (ratios is None) == (alpha is None and beta is None):
         raise ValueError("rayleigh_damping: write alpha= and beta=, or ratios=(z1, z2) and frequencies=(w1, w2)")
     if ratios is not None and frequencies is not None:
@@ -54,6 +56,7 @@ def rayleigh_damping(M, K, alpha: float | None = None, beta: float | None = None
     return alpha * mass + beta * stiffness
 
 
+@checked()
 def modal_damping(M, K, ratios) -> np.ndarray:
     """Return the matrix C that damps every mode of (M, K) by itself: phi^T C phi = 2 zeta omega.
 
@@ -79,10 +82,12 @@ def modal_damping(M, K, ratios) -> np.ndarray:
     >>> bf.modal_damping([[2.0]], [[8.0]], 0.05)
     array([[0.4]])
     """
-    mass, stiffness = even("M", dense("M", M)), even("K", dense("K", K))
-    given = np.atleast_1d(np.asarray(ratios, float))
+    mass, stiffness = _pair(M, K)
+    found = floats(ratios)
+    given = np.atleast_1d(np.empty(0) if found is None else found)
     if given.ndim != 1 or not given.size or given.size > len(mass) or not (np.isfinite(given) & (given >= 0.0)).all():
-        raise ValueError(f"modal_damping: ratios = {ratios!r} is not allowed; it must be 1 to {len(mass)} numbers of at least 0")
+        raise ValueError(f"modal_damping: ratios = {shown(ratios)} is not allowed; "
+                         f"it must be 1 to {len(mass)} numbers of at least 0")
     try:
         squares, modes = eigh(stiffness, mass)
     except np.linalg.LinAlgError:
@@ -90,3 +95,11 @@ def modal_damping(M, K, ratios) -> np.ndarray:
     zeta = np.append(given, np.full(len(mass) - given.size, given[-1]))
     weighted = mass @ modes
     return even("C", (weighted * (2.0 * zeta * np.sqrt(np.maximum(squares, 0.0)))) @ weighted.T)
+
+
+def _pair(M, K) -> tuple[np.ndarray, np.ndarray]:
+    """Return mass and stiffness, checked, or raise ValueError unless they are of one shape: none is spread over the other."""
+    mass, stiffness = even("M", dense("M", M)), even("K", dense("K", K))
+    if mass.shape != stiffness.shape:
+        raise ValueError(f"K has shape {stiffness.shape}; it must be that of M, {mass.shape}")
+    return mass, stiffness

@@ -2,7 +2,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
+from ..checks import many, refused, whole
 
 
 def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str, ...] | None:
@@ -15,12 +15,7 @@ def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str
     """
     if dofs is None:
         return None
-    made = []
-    for item in dofs:
-        name = named(item)
-        if not name:
-            raise ValueError(f"{owner}: dofs contain {item!r}; they must be names such as 'tip.uy', or pairs such as ('tip', 'uy')")
-        made.append(name)
+    made = many(owner, "dofs", dofs, of=_name)
     if len(made) != n:
         raise ValueError(f"{owner}: dofs has {len(made)} names; there are {n} degrees of freedom")
     doubled = sorted({name for name in made if made.count(name) > 1}) if len(set(made)) < n else []
@@ -52,6 +47,12 @@ def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System
         near = [other for other in names if other.split(".")[0] == node] or list(names[:8])
         raise ValueError(f"{owner}: there is no degree of freedom {dof!r}; there are {', '.join(near[:8])}"
                          f"{' ...' if len(names) > len(near[:8]) else ''}")
-    if isinstance(dof, bool | np.bool_) or not isinstance(dof, int | np.integer) or not 0 <= dof < n:
-        raise ValueError(f"{owner}: dof = {dof!r} is not allowed; it must be 0 .. {n - 1}")
-    return int(dof)
+    return whole(owner, "dof", dof, least=0, most=n - 1)
+
+
+def _name(owner: str, argument: str, item) -> str:
+    """Return a name from a name or a pair (node, direction)."""
+    name = named(item)
+    if not name:
+        raise refused(owner, argument, item, "a name such as 'tip.uy', or a pair such as ('tip', 'uy')")
+    return name

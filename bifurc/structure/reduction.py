@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..checks import POSITIVE, checked
 from ..content import Content
 from .modes import natural_modes, residual_shapes
 from .statics import Held, deflection, of_unit_mass
@@ -59,6 +60,7 @@ class Reduction(Content):
         rigid = full == 0.0
         return np.where(rigid, 0.0, np.abs(own - full) / np.where(rigid, 1.0, full))
 
+    @checked(tolerance=POSITIVE)
     def valid_to(self, tolerance: float = TOLERANCE) -> float:
         """Return the frequency (radians per time) up to which all natural frequencies are within a relative tolerance.
 

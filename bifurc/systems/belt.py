@@ -1,6 +1,6 @@
 """A mass on a moving belt: stick-slip and friction-induced vibration (Popp and Stelter 1990; Hetzler, Schwarzer, Seemann 2007)."""
+from ..checks import choice, number
 from ..elements import Coulomb, CubicFriction, Stribeck
-from ..elements.checks import choice, number
 from ..elements.element import Element
 from ..system import System, builder
 

@@ -1,8 +1,8 @@
 """Chains of masses and springs with a stop on one of them (Zhang 2008, section 3.1)."""
 import numpy as np
 
+from ..checks import whole
 from ..elements import HarmonicForce, RigidStop
-from ..elements.checks import whole
 from ..system import System, builder
 
 
@@ -33,7 +33,7 @@ def impact_chain(*, n: int = 8, mass: float = 1.0, stiffness: float = 1.0, dampi
     stopped, loaded : int
         Mass that hits the stop and mass that is loaded, from 0; negative ones count from the end.
     """
-    whole("impact_chain", "n", n, least=1)
+    whole("impact_chain", "n", n, least=1, most=10_000)
     places = [whole("impact_chain", name, place, least=-n, most=n - 1) % n
               for name, place in (("stopped", stopped), ("loaded", loaded))]
     K = stiffness * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))

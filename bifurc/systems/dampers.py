@@ -1,8 +1,8 @@
 """Friction contacts and dampers: Yang's contact, micro-slip rings and strips on a test bench, a damped oscillator."""
 import math
 
+from ..checks import choice, number, vector, whole
 from ..elements import Driven, HarmonicForce, Iwan, Jenkins, LoadedMicroSlip, MicroSlip
-from ..elements.checks import choice, number, vector, whole
 from ..system import System, builder
 
 # Zhao & Lin 2015, Table 2: amplitudes of x (sin) and y (cos), stiffness, mean load, load amplitude over the mean, phase of the
@@ -16,8 +16,15 @@ def _bench(elements, omega: float) -> System:
     return System(1.0, omega, omega**2, elements, omega=omega)
 
 
+def _sizes(owner: str, **values) -> None:
+    """Raise ValueError unless all are above 0."""
+    for name, value in values.items():
+        number(owner, name, value, above=0.0)
+
+
 def _chain(owner, spring, contact, limits, closed, load_amplitude, load_harmonic, load_phase):
     """Return a bar or ring whose contacts share the variation of their load; None: a constant load."""
+    whole(owner, "load_harmonic", load_harmonic, least=1)
     if load_amplitude is None:
         if load_phase is not None:
             raise ValueError(f"{owner}: load_phase = {load_phase!r} is not allowed with a constant load; "
@@ -113,7 +120,9 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
     ----------
     Zhao & Lin, J. NUDT 37 (2015), example 1 in micrometres with the total load in newtons.
     """
-    whole("micro_slip_ring", "n", n, least=1)
+    whole("micro_slip_ring", "n", n, least=1, most=10_000)
+    number("micro_slip_ring", "friction", friction, least=0.0)
+    _sizes("micro_slip_ring", length=length, area=area, modulus=modulus, width=width, contact=contact)
     block = length / n
     ring = _chain("micro_slip_ring", modulus * area / block, contact * width * block, (friction * load / n,) * n, True,
                   load_amplitude, load_harmonic, load_phase)
@@ -161,7 +170,9 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
     ----------
     Zhao & Lin, J. NUDT 37 (2015), example 2 in micrometres.
     """
-    whole("micro_slip_strip", "n", n, least=1)
+    whole("micro_slip_strip", "n", n, least=1, most=10_000)
+    number("micro_slip_strip", "friction", friction, least=0.0)
+    _sizes("micro_slip_strip", length=length, area=area, modulus=modulus, width=width, contact=contact)
     block = length / n
     if loads is None:
         places = [(2.0 * i - (n - 1)) / max(n - 1, 1) for i in range(n)]
@@ -213,7 +224,8 @@ def friction_damped_oscillator(*, omega: float = 90.0, normal_load: float = 100.
     """
     name = "friction_damped_oscillator"
     choice(name, "damper", damper, ("macro", "micro"))
-    whole(name, "n", n, least=1)
+    whole(name, "n", n, least=1, most=10_000)
+    number(name, "friction", friction, least=0.0)
     number(name, "normal_load", normal_load, least=0.0)
     number(name, "span", span, above=0.0)
     strip = MicroSlip(spring=contact * (n / span) ** 2, contact=contact, limits=(1.0 / n,) * n).iwan()  # friction force 1

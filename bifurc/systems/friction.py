@@ -1,8 +1,8 @@
 """Oscillators with dry friction: rigid (Den Hartog 1931; Li 2019) and elastic (Jenkins 1962)."""
 import math
 
+from ..checks import number
 from ..elements import Coulomb, HarmonicForce, Jenkins
-from ..elements.checks import number
 from ..system import System, builder
 
 

@@ -1,6 +1,6 @@
 """Oscillators of one degree of freedom with stops and springs (Shaw and Holmes 1983; Zhang 2008, chapters 1 and 2)."""
+from ..checks import number
 from ..elements import BaseMotion, ConstantForce, CubicSpring, ElasticStop, HarmonicForce, RigidStop
-from ..elements.checks import number
 from ..system import System, builder
 
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from ..checks import number
 from ..elements import ConstantForce, ElasticStator, HarmonicForce, OilFilm, RigidStator
-from ..elements.checks import number
 from ..system import System, builder
 
 

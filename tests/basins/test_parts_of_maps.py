@@ -140,8 +140,8 @@ def test_a_labeller_follows_points_with_the_options_of_its_map(monkeypatch):
     assert asked == {"own": "own", "targets": "targets", "most": 9, "run": {"workers": 3, "executor": None}, "fixed": fixed,
                      "names": ("q0",)}
     monkeypatch.setattr(basin_map.os, "cpu_count", lambda: 5)
-    BasinMap.labeller(stand_in, executor="e")(np.zeros((3, 1)))
-    assert asked["run"] == {"workers": 5, "executor": "e"}
+    BasinMap.labeller(stand_in, executor=map)(np.zeros((3, 1)))
+    assert asked["run"] == {"workers": 5, "executor": map}
     monkeypatch.setattr(basin_map.os, "cpu_count", lambda: None)
     BasinMap.labeller(stand_in)(np.zeros((3, 1)))
     assert asked["run"]["workers"] == 1

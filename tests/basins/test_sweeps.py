@@ -169,12 +169,12 @@ def test_starts_are_even():
 
 @pytest.mark.parametrize(("change", "words"), [
     ({"values": [1.0, 1.0]}, "must rise or fall"),
-    ({"values": []}, "must be a row of finite numbers"),
-    ({"values": [1.0, np.nan]}, "must be a row of finite numbers"),
+    ({"values": []}, "must be a list of finite numbers"),
+    ({"values": [1.0, np.nan]}, "must be a list of finite numbers"),
     ({"region": {"x": (0, 1)}}, "component 'x' is unknown"),
     ({"region": {"q0": (1, 0)}}, "low bound must be below"),
     ({"region": {"q3": (0, 1)}}, "'q3' is unknown to this system"),
-    ({"region": {}}, "must name components and ranges"),
+    ({"region": {}}, "must be components and ranges"),
     ({"parameter": "mass"}, "mass"),
     ({"samples": 0}, "samples = 0 is not allowed"),
     ({"tolerance": 1.0}, "tolerance = 1.0"),

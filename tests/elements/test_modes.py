@@ -558,11 +558,11 @@ def test_a_core_notes_whether_more_than_its_matrices_is_read():
 
 
 def test_limits_of_numbers():
-    from bifurc.elements import checks
+    from bifurc import checks
 
     assert checks.number("x", "y", 2, least=2.0) == 2.0 and checks.number("x", "y", 3.0, most=3.0) == 3.0
     for limits, words in (({"least": 1.0, "most": 2.0}, "a number from 1 to 2"), ({"least": 1.0}, "a finite number, at least 1"),
-                          ({"above": 1.0}, "a finite number above 1"), ({"most": -1.0}, "a finite number")):
+                          ({"above": 1.0}, "a finite number above 1"), ({"most": -1.0}, "a number at most -1")):
         with pytest.raises(ValueError, match=f"^x: y = 0.5 is not allowed; it must be {words}$"):
             checks.number("x", "y", 0.5, **limits)
     with pytest.raises(ValueError, match="above 0.5"):
@@ -582,14 +582,11 @@ def test_limits_of_numbers():
     given = np.array([1.0, 2.0])
     checks.state("y0", given, (2,))[0] = 5.0
     assert given[0] == 1.0
-    assert checks.tolerance_of("x", 0.1) == 0.1
+    tolerance = checks.KINDS["tolerance"]
+    assert tolerance("x", "tolerance", 0.1) == 0.1
     for bad in (0.0, -1e-3, 0.1000001, np.nan, True, "1"):
         with pytest.raises(ValueError, match="tolerance = .* is not allowed; it must be above 0 and at most 0.1"):
-            checks.tolerance_of("x", bad)
-    assert checks.following("x", 0, 1e-3, 1, 1) == {"seed": 0, "tolerance": 1e-3, "max_periods": 1, "max_events": 1}
-    for k, name in enumerate(("seed", "tolerance", "max_periods", "max_events")):
-        with pytest.raises(ValueError, match=f"x: {name} = -1"):
-            checks.following("x", *[-1 if k == i else (1e-3 if i == 1 else 1) for i in range(4)])
+            tolerance("x", "tolerance", bad)
     for good in (True, False, None, print):
         assert checks.switch("x", "progress", good) is good
     with pytest.raises(ValueError, match="progress = 1 is not allowed; it must be True, False, or a function"):

@@ -28,15 +28,15 @@ def test_record_and_line():
     ({"q01": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'q01' is unknown"),
     ({"q0": (1, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
     ({"q0": (2, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
-    ({"q0": (float("nan"), 1, 3), "v0": (-1, 1, 3)}, "must be finite"),
-    ({"q0": (-1, float("inf"), 3), "v0": (-1, 1, 3)}, "must be finite"),
+    ({"q0": (float("nan"), 1, 3), "v0": (-1, 1, 3)}, "must be a finite number"),
+    ({"q0": (-1, float("inf"), 3), "v0": (-1, 1, 3)}, "must be a finite number"),
     ({"q0": (-1, 1, 0), "v0": (-1, 1, 3)}, "number of cells"),
     ({"q0": (-1, 1, 2.5), "v0": (-1, 1, 3)}, "number of cells"),
     ({"q0": (-1, 1, True), "v0": (-1, 1, 3)}, "number of cells"),
     ({"q0": (-1, 1), "v0": (-1, 1, 3)}, "must be (low, high, cells)"),
     ({"q0": "wide", "v0": (-1, 1, 3)}, "must be (low, high, cells)"),
     ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "at": {"q0": 1.0}}, "which the grid runs over"),
-    ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "at": {"q1": float("nan")}}, "must be finite"),
+    ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "at": {"q1": float("nan")}}, "must be a finite number"),
 ])
 def test_impossible_grids_are_named(keywords, said):
     with pytest.raises(ValueError) as error:

@@ -6,36 +6,76 @@ import pytest
 
 import bifurc as bf
 from bifurc import elements as el
-from tests.hard.malformed import calls, verdict
-
-QUICK = 1  # every malformed call is made in the slow run, each argument once here
+from tests.hard.malformed import Case, arguments, cases, draw, forms, show, verdict
 
 
-def made(every):
-    """Return what is wrong with the calls: (name, argument, value, what came of it)."""
-    seen, wrong, count = {}, [], 0
-    for name, argument, value, call in calls():
-        seen[name, argument] = seen.get((name, argument), 0) + 1
-        if not every and seen[name, argument] > QUICK:
-            continue
-        count += 1
-        found, text = verdict(argument, value, call)
+def wrong_of(seed, count, most=8.0):
+    """Return what is wrong with calls drawn at random."""
+    wrong = []
+    for case, argument, value in draw(seed, count):
+        found, text = verdict(case, argument, value, most)
         if found != "good":
-            wrong.append(f"{found}: {name}({argument}={value!r:.60}) -> {text:.200}")
-    return wrong, count
-
-
-def test_each_argument_refuses_what_it_cannot_mean():
-    wrong, count = made(False)
-    assert not wrong, "\n".join(wrong)
-    assert count >= 110
+            wrong.append(f"{found}: {case.name}({argument}={show(value):.60}) -> {text:.200}")
+    return wrong
 
 
 @pytest.mark.slow
-def test_no_malformed_call_is_confusing_accepted_or_slow():
-    wrong, count = made(True)
+@pytest.mark.parametrize("seed", (7, 43))
+def test_no_malformed_call_is_confusing_accepted_or_slow(seed):
+    assert all(arguments(case)[name] is not None for case in cases() for name in arguments(case))  # new arguments have a kind
+    wrong = wrong_of(seed, 2700)
     assert not wrong, "\n".join(wrong)
-    assert count >= 700
+
+
+A = bf.systems.impact_oscillator(omega=1.4)
+QUICK = (  # cheap to reach: the rest of the table needs results of every kind
+    Case("simulate", bf.simulate, {"system": A, "y0": (0.0, 0.0), "periods": 2}, {"periods": "ratio"}),
+    Case("find_orbit", bf.find_orbit, {"system": A, "guess": (0.0, 0.0), "transient": 9}, {}),
+    Case("System", bf.System, {"mass": 1.0, "damping": 0.1, "stiffness": 1.0}, {"damping": "matrix"}),
+    Case("Section", bf.Section, {"coordinate": "q0"}, {}), Case("HarmonicBalance", bf.HarmonicBalance, {}, {}),
+    Case("Grid", bf.Grid, {"q0": (0, 1, 3)}, {"q0": "range"}),
+    Case("impact_chain", bf.systems.impact_chain, {}, {"damping": "number"}),
+    Case("elements.RigidStop", el.RigidStop, {}, {}), Case("elements.Driven", el.Driven, {"element": el.Jenkins()}, {}),
+)
+
+
+def test_each_argument_refuses_what_it_cannot_mean():
+    wrong = [(case.name, argument, show(value), text) for case, argument, value in draw(7, 600, QUICK)
+             for found, text in [verdict(case, argument, value)] if found != "good"]
+    assert not wrong, "\n".join(map(str, wrong))
+
+
+@pytest.mark.parametrize("case", QUICK, ids=[case.name for case in QUICK])
+def test_numbers_may_be_numpy_numbers_and_arrays_without_axes(case):
+    for name, value in case.base.items():
+        for form in forms(value):
+            case.function(**{**case.base, name: form})
+
+
+@pytest.mark.parametrize("t0, good", [(0.0, True), (1e6, True), (-1e9, True), (1e12, False), (1e18, False), (-1e18, False)])
+def test_a_start_where_floats_do_not_tell_the_phase_is_refused(t0, good):
+    """Floats at 1e12 are 1.2e-4 apart, 3e-5 of a period of 4.5; at 1e9 less than a millionth."""
+    if good:
+        assert bf.simulate(A, (0.0, 0.0), periods=1, t0=t0).success
+    else:
+        with pytest.raises(ValueError, match="t0 = .*phase"):
+            bf.simulate(A, (0.0, 0.0), periods=1, t0=t0)
+
+
+def test_nothing_is_spread_over_what_has_another_shape():
+    for make in (lambda M, K: bf.rayleigh_damping(M, K, 0.1), lambda M, K: bf.modal_damping(M, K, 0.1)):
+        with pytest.raises(ValueError, match="K has shape"):
+            make(np.eye(3), 5.0)
+        with pytest.raises(ValueError, match="K has shape"):
+            make(5.0, np.eye(3))
+
+
+def test_an_atlas_leaves_a_foreign_file_alone(tmp_path):
+    foreign = tmp_path / "notes.txt"
+    foreign.write_text("not ours")
+    with pytest.raises(FileExistsError, match="left alone"):
+        bf.atlas(A, "omega", (1.39, 1.41), {"q0": (-1.0, 0.5)}, probes=1, checks=1, samples=4, file=foreign)
+    assert foreign.read_text() == "not ours"
 
 
 def not_a_number(u, s):

@@ -11,7 +11,7 @@ import pytest
 import bifurc as bf
 from bifurc import io as files
 from bifurc.jobs import executors, progress, resumable, store
-from bifurc.jobs.executors import Kept, SerialExecutor, run_chunks, user_parts, workers_of
+from bifurc.jobs.executors import Kept, SerialExecutor, run_chunks, user_parts
 from bifurc.jobs.store import ChunkStore, fingerprint, finished
 from tests.basins.work import JOB, payloads, squares
 
@@ -64,7 +64,6 @@ def test_who_runs_chunks(monkeypatch):
     assert make() == "pool" and not owned
     failed = own.submit(lambda: 1 / 0)
     assert isinstance(failed.exception(), ZeroDivisionError) and own.submit(lambda a, b: a - b, 5, b=2).result() == 3
-    assert [workers_of("x", n) for n in (None, 1, np.int64(3))] == [None, 1, 3] and type(workers_of("x", np.int64(3))) is int
 
 
 def test_windows_of_pools():

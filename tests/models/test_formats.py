@@ -201,7 +201,7 @@ def test_rotors_of_any_size(count, n, names):
     for speed in (np.nan, np.inf):
         with pytest.raises(ValueError) as refused:
             bf.from_ross(rotor, speed)
-        assert str(refused.value) == f"from_ross: speed = {speed!r} is not allowed; it must be finite"
+        assert str(refused.value) == f"from_ross: speed = {speed!r} is not allowed; it must be a finite number"
 
 
 BAD = {

@@ -136,7 +136,7 @@ def test_what_becomes_a_matrix():
 
 @pytest.mark.parametrize("value, words", [
     (np.zeros((0, 0)), r"C has shape \(0, 0\); it must be square"), (np.zeros(3), r"shape \(3,\)"),
-    (np.zeros((1, 2)), r"shape \(1, 2\)"), ([["a"]], "is not a matrix of numbers"), ([[1.0, 2.0], [np.inf, 4.0]],
+    (np.zeros((1, 2)), r"shape \(1, 2\)"), ([["a"]], "must be a matrix of numbers"), ([[1.0, 2.0], [np.inf, 4.0]],
      r"C\[1, 0\] = inf"),
     ([[1.0, np.nan], [1.0, 4.0]], r"C\[0, 1\] = nan; all entries must be finite"), ([[1j]], "C is complex; structural damping")])
 def test_what_is_no_matrix(value, words):
@@ -165,12 +165,13 @@ def test_proportional_damping_by_factors_and_by_ratios():
     ({}, "write alpha= and beta="), ({"alpha": 0.1, "ratios": (0.1, 0.1), "frequencies": (1.0, 2.0)}, "write alpha= and beta="),
     ({"beta": 0.1, "ratios": (0.1, 0.1), "frequencies": (1.0, 2.0)}, "write alpha="), ({"ratios": (0.1, 0.1)}, "write alpha="),
     ({"alpha": 0.1, "frequencies": (1.0, 2.0)}, "write alpha="), ({"ratios": (0.1,), "frequencies": (1.0, 2.0)},
-     "two ratios at two"),
-    ({"ratios": (0.1, 0.1), "frequencies": (1.0, 2.0, 3.0)}, "two ratios at two"),
+     "two ratios at two|list of 2 finite"),
+    ({"ratios": (0.1, 0.1), "frequencies": (1.0, 2.0, 3.0)}, "list of 2 finite"),
     ({"ratios": (0.1, 0.1), "frequencies": (0.0, 2.0)}, "different frequencies above 0"),
     ({"ratios": (0.1, 0.1), "frequencies": (2.0, 2.0)}, "different frequencies above 0"),
-    ({"alpha": -0.1, "beta": 0.5}, "alpha = -0.1, beta = 0.5; both must be at least 0"), ({"beta": -0.1}, "beta = -0.1"),
-    ({"alpha": np.inf}, "both must be at least 0"), ({"alpha": 0.1, "beta": np.nan}, "both must be at least 0")])
+    ({"alpha": -0.1, "beta": 0.5}, "alpha = -0.1 is not allowed; it must be a finite number, at least 0"),
+    ({"beta": -0.1}, "beta = -0.1"),
+    ({"alpha": np.inf}, "alpha = inf is not allowed"), ({"alpha": 0.1, "beta": np.nan}, "beta = nan is not allowed")])
 def test_proportional_damping_that_is_not_one(given, words):
     with pytest.raises(ValueError, match=words):
         rayleigh_damping(M, K, **given)
@@ -218,7 +219,7 @@ def test_names_are_texts_or_pairs():
     assert dof_names(None, 3) is None
     assert dof_names(iter(["a", ("tip", "uy"), [3, "ux"]]), 3) == ("a", "tip.uy", "3.ux")
     for wrong in (["a", ""], ["a", 3], ["a", ()], ["a", None]):
-        with pytest.raises(ValueError, match="System: dofs contain .*; they must be names"):
+        with pytest.raises(ValueError, match=r"System: dofs\[\d\] = .*; it must be a name"):
             dof_names(wrong, 2)
     with pytest.raises(ValueError, match="^stop: dofs has 1 names; there are 2"):
         dof_names(["a"], 2, "stop")
@@ -231,7 +232,8 @@ def test_places_by_name_and_number():
     names = ("a.x", "a.y", "b.x")
     assert [place_of(dof, names, 3) for dof in ("a.y", "b.x", 0, 2, np.int64(1))] == [1, 2, 0, 2, 1]
     for wrong in (-1, 3):
-        with pytest.raises(ValueError, match=f"System: dof = {wrong} is not allowed; it must be 0 .. 2"):
+        with pytest.raises(ValueError,
+                           match=f"System: dof = {wrong} is not allowed; it must be a whole number, at least 0 and at most 2"):
             place_of(wrong, names, 3)
     with pytest.raises(ValueError, match="dof = 'a.x' is a name, and this system has no names"):
         place_of("a.x", None, 3)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ... import plotting
+from ...checks import PLACE, array, checked, many, of
 from ...content import Content
 from ...notebook import Notebook
 from ...orbits.orbit import PeriodicOrbit
@@ -80,6 +81,7 @@ class EdgeState(Content, Notebook):
         """Return the stable set of the saddle: the boundary through it, see `bifurc.basins.boundaries.stable.stable_set`."""
         return stable_set(self, **options)
 
+    @checked()
     def plot(self, ax=None, unstable=None, stable=None):
         """Draw the saddle, and its unstable and stable sets, on the basin map; return the axes."""
         return plotting.plot_edge(self, ax, unstable, stable)
@@ -89,6 +91,7 @@ class EdgeState(Content, Notebook):
         return f"EdgeState(between {self.pair[0]} and {self.pair[1]}: {self.status}, {self.saddle!r}{met})"
 
 
+@checked(pair=of(many, of=PLACE, count=2), starts=of(array, axes=(2,)))
 def edge_state(basins: BasinMap, pair: tuple[int, int] = (0, 1), *, starts=None, max_periods: int = 400) -> EdgeState:
     """Return the saddle on the boundary between two basins.
 
@@ -127,6 +130,7 @@ def edge_state(basins: BasinMap, pair: tuple[int, int] = (0, 1), *, starts=None,
     if not isinstance(basins, BasinMap):
         raise ValueError(f"basins = {basins!r} is not allowed; it must be a BasinMap, see basins_of_attraction")
     a, b = pair
+    pair = a, b
     count = len(basins.attractors)
     if count < 2:
         raise ValueError(f"the map has {count} attractor{'' if count == 1 else 's'}: there is no boundary between two basins")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks import POSITIVE, checked
 from ...ensemble.outcomes import NO_START, CellState
 from ..attractors.attractors import section_points
 from .search import Search
@@ -59,6 +60,7 @@ class StableSet(ImageSet):
                                 "past): further pieces may lead to the saddle that are not found")]
         return parts, "pieces of curves"
 
+    @checked()
     def separates(self, count: int = 400, distance: float = BESIDE) -> float:
         """Return the share of points of the set, evenly spread within the map's grid, on whose two sides labels differ.
 
@@ -97,6 +99,7 @@ class StableSet(ImageSet):
         return f"StableSet({len(self.points)} points in {pieces} pieces{cut}, multiplier {self.multiplier:.6g})"
 
 
+@checked(gap=POSITIVE)
 def stable_set(edge: "EdgeState", *, periods: int = 60, gap: float = 0.01, most: int = 20000) -> StableSet:
     """Return the stable set of the saddle of an edge state, within the region of its map and half as much around.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ...checks import POSITIVE, checked
 from ...content import Content
 from ...ensemble.period_map import MAPPED
 from ..attractors.attractors import section_points
@@ -100,6 +101,7 @@ class UnstableSet(ImageSet):
         return f"UnstableSet({len(self.points)} points{cut}, sides lead to {left} | {right}, multiplier {self.multiplier:.6g})"
 
 
+@checked(gap=POSITIVE)
 def unstable_set(edge: "EdgeState", *, periods: int = 60, gap: float = 0.01, most: int = 20000) -> UnstableSet:
     """Return the unstable set of the saddle of an edge state.
 

@@ -11,6 +11,7 @@ from scipy import sparse
 from scipy.stats import beta
 
 from ... import io, plotting
+from ...checks import COUNT, PLACE, checked, either, like, whole
 from ...compose.scene import scene_of
 from ...content import Content, alike, digest
 from ...ensemble.grid import Grid
@@ -226,6 +227,7 @@ class CellMap(Content, Notebook):
     def _places(self) -> list[int]:
         return list(self.grid.places(self.system.n, scene_of(self.system).ns))
 
+    @checked(group=either(PLACE, like("a group", "cells"), allowed="the number of a group, or a group"))
     def density(self, group: int | Group) -> np.ndarray:
         """Return the stationary probabilities of the cells of a closed group, zero elsewhere, in the shape of the grid."""
         item = group if isinstance(group, Group) else self.groups[numbered("group", group, len(self.groups), "-1 is the sink")]
@@ -239,6 +241,7 @@ class CellMap(Content, Notebook):
         """Morse graph: the recurrent groups, and which leads to which, see `bifurc.basins.cells.morse.morse_graph`."""
         return morse_graph(self)
 
+    @checked()
     def saddles(self, most: int = 20) -> tuple:
         """Return unstable periodic orbits in transient recurrent groups, confirmed by Newton; largest groups first.
 
@@ -310,10 +313,13 @@ class CellMap(Content, Notebook):
                          f"{self.audit.undecided} more reach an attractor but have no label")
         return "\n".join(lines)
 
+    @checked()
     def plot(self, ax=None, field: str = "labels", group: int = 0):
         """Draw the labels with the attractors, or the "doubt", "time" or "density" of each cell; return the axes."""
+        group = whole("plot", "group", group, least=0, most=max(len(self.groups) - 1, 0))
         return plotting.plot_cells(self, ax, field, group)
 
+    @checked(least=COUNT)
     def plot_morse(self, ax=None, least: int = 1):
         """Draw the Morse graph, without transient groups below ``least`` cells; return the axes."""
         return plotting.plot_morse(self, ax, least)
@@ -372,6 +378,7 @@ class CellMap(Content, Notebook):
                    groups, matrix, arrays["labels"], arrays["fates"], arrays.get("group"), arrays.get("steps"), audit,
                    header["lost"], header["options"], header.get("key", ""))
 
+    @checked()
     def save(self, path) -> None:
         """Write the map to an npz file."""
         io.write(path, *self.to_record())

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ...elements.checks import following, whole
+from ...checks import PLACE, SYSTEM, checked, either, function
 from ...ensemble.grid import Grid
 from ...ensemble.outcomes import NO_START
-from ...jobs.executors import check_executor, user_parts, workers_of
+from ...jobs.executors import user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -31,6 +31,7 @@ FARTHEST = 30.0  # cells: a group farther from its attractor is none of its neig
 AUDIT_BATCH = 1024
 
 
+@checked(system=either(SYSTEM, function, allowed="a System, or a map of points (k, n)"), audit=PLACE)
 def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, samples: int = 1, audit: int = 2000, seed: int = 0,
                  workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000,
                  executor=None, progress: bool = False, file=None) -> CellMap:
@@ -90,16 +91,10 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
     >>> sorted(item.periods for item in found.attractors)
     [1, 3]
     """
-    if not isinstance(grid, Grid):
-        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as Grid(q0=(-3, 1, 200), v0=(-4, 4, 200))")
-    check = partial(whole, "cell_mapping")
-    periods, samples = check("periods", periods, least=1), check("samples", samples, least=1)
-    workers = workers_of("cell_mapping", workers) or os.cpu_count() or 1
-    audit = check("audit", audit, least=0)
-    options = following("cell_mapping", seed, tolerance, max_periods, max_events)
+    workers = workers or os.cpu_count() or 1
+    options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
     edges = samples ** len(grid.names)
     grid.require(8.0 * (4 * len(grid.names) + 12) + (60.0 if samples > 1 else 40.0) * edges, "a map of its cells")
-    check_executor(executor)
     run = {"workers": workers, "executor": executor}
     carrier, judge = _source(system, grid, periods, options, run)
     elements, job = (), {"what": "cells", "grid": grid.to_record(), "periods": periods, "samples": samples, "options": options}

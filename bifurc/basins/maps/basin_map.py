@@ -7,13 +7,14 @@ from functools import cached_property
 import numpy as np
 
 from ... import io, plotting
+from ...checks import SET, checked
 from ...compose.scene import scene_of
 from ...content import Content
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.outcomes import CellState, coded
 from ...ensemble.section import Section
-from ...jobs.executors import user_parts, workers_of
+from ...jobs.executors import user_parts
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...renamed import deprecated
@@ -131,14 +132,17 @@ class BasinMap(Content, LabelledStarts, Notebook):
         deprecated("BasinMap.trust", "BasinMap.reliability")
         return self.reliability
 
+    @checked()
     def entropy(self, side: int = 5) -> BasinEntropy:
         """Return basin entropy and boundary entropy over boxes of ``side`` cells; infinity counts as a label."""
         return basin_entropy(coded(self.labels, self.states), side, self.starts)
 
+    @checked()
     def uncertainty(self, low: float = RANGE[0], high: float = RANGE[1], **options) -> Uncertainty:
         """Return the uncertainty exponent with its error, see `bifurc.basins.maps.uncertainty_exponent.uncertainty_exponent`."""
         return uncertainty_exponent(self, low, high, **options)
 
+    @checked()
     def labeller(self, workers: int | None = None, executor=None) -> Callable[[np.ndarray], np.ndarray]:
         """Return a function that labels points (k, d) of the grid's components by following their motions.
 
@@ -148,7 +152,7 @@ class BasinMap(Content, LabelledStarts, Notebook):
         integrator = integrator_of(self.system, self.options["max_events"], self.section)
         targets = targets_of(self.attractors, self.radii, self.scale, self.section)
         own = Labeller(integrator, user_parts(self.system))
-        run = {"workers": workers_of("labeller", workers) or os.cpu_count() or 1, "executor": executor}
+        run = {"workers": workers or os.cpu_count() or 1, "executor": executor}
 
         def label(points: np.ndarray) -> np.ndarray:
             states = states_at(scene, self.grid.names, self.grid.at, np.asarray(points, float))
@@ -157,6 +161,7 @@ class BasinMap(Content, LabelledStarts, Notebook):
 
         return label
 
+    @checked()
     def zoom(self, cells: int | None = None, **ranges) -> "BasinMap":
         """Return the map of a part of the region, or of another one, with the same attractors and numbers.
 
@@ -217,6 +222,7 @@ class BasinMap(Content, LabelledStarts, Notebook):
         lines.append(self.reliability.statement)
         return "\n".join(lines)
 
+    @checked(saddle=None, unstable=SET, stable=SET)
     def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels", stable=None, names=None):
         """Draw the map with its attractors; return the axes.
 
@@ -261,6 +267,7 @@ class BasinMap(Content, LabelledStarts, Notebook):
                    LabelNoise.from_record(header["noise"]), header["options"], header["key"],
                    arrays.get("speeds", np.empty(0)), Section(**header["section"]) if "section" in header else None)
 
+    @checked()
     def save(self, path) -> None:
         """Write the map to an npz file."""
         io.write(path, *self.to_record())

@@ -6,21 +6,21 @@ from functools import partial
 import numpy as np
 
 from ... import __version__
+from ...checks import checked
 from ...compose.scene import Scene, scene_of
-from ...elements.checks import following
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.integrator import Cells
 from ...ensemble.outcomes import DIVERGED, REACHED, UNSETTLED, coded
 from ...ensemble.section import Section
-from ...jobs.executors import check_executor, user_parts, workers_of
+from ...jobs.executors import user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...orbits.autonomous import slowest
 from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
-from ...system import System, require_system
+from ...system import System
 from ..attractors.attractors import SampledAttractor, section_points
 from ..attractors.clockless import integrator_of, required
 from ..attractors.discovery import Discovery
@@ -34,6 +34,7 @@ BESIDES = 23  # numbers a cell beside its start, twice: measured, 186 to 211 byt
 NEW = -2  # label of a cell not done yet
 
 
+@checked()
 def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0,
                          workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000,
                          max_events: int = 2000, executor=None, progress: bool = False, file=None,
@@ -112,17 +113,13 @@ class Job:
 
     def __init__(self, system: System, grid: Grid, attractors, options: dict, workers: int | None, executor,
                  section: Section | None = None):
-        self.section = required(require_system(system), section, "a basin map")
-        if not isinstance(grid, Grid):
-            raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
-                             "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+        self.section = required(system, section, "a basin map")
         self.system, self.grid, self.scene = system, grid, scene_of(system)
         grid.require(8.0 * (2 * self.scene.ns + BESIDES), "a basin map")
         states_at(self.scene, grid.names, grid.at, np.empty((0, len(grid.names))))  # names the components it has not
-        self.run = {"workers": workers_of("basins", workers) or os.cpu_count() or 1, "executor": executor}
-        self.options = following("basins", **options)
+        self.run = {"workers": workers or os.cpu_count() or 1, "executor": executor}
+        self.options = options
         self.known = _known(system, attractors)
-        check_executor(executor)
         self.elements = user_parts(system)
 
     def record(self, what: str) -> dict:

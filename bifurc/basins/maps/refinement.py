@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from ... import io
+from ...checks import checked
 from ...content import Content
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -100,6 +101,7 @@ class Refinement(Content):
         io.fitted(arrays, {"evaluated": "logical grid"}, grid=basins.grid.shape)
         return cls(basins, status, arrays["evaluated"], header["predicted"], header["exponent"], Audit(*header["missed"]))
 
+    @checked()
     def save(self, path) -> None:
         """Write the refinement to an npz file."""
         io.write(path, *self.to_record())
@@ -108,6 +110,7 @@ class Refinement(Content):
         return f"Refinement({self.status}, {100 * self.share:.3g} % of {self.evaluated.size} cells followed, {self.basins!r})"
 
 
+@checked()
 def refined_basins(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0, workers: int | None = None,
                    tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000, executor=None, progress: bool = False,
                    file=None) -> Refinement:

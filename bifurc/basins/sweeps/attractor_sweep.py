@@ -13,11 +13,11 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...checks import array, checked, shown
 from ...compose.scene import scene_of
 from ...content import Content
-from ...elements.checks import following, whole
 from ...ensemble.region import Region
-from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
+from ...jobs.executors import run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -155,6 +155,7 @@ class Sweep(Content, Notebook):
         lines += [f"  not computed: {self.parameter} = {self.values[i]:.6g}: {text}" for i, text in sorted(self.failures.items())]
         return "\n".join(lines)
 
+    @checked()
     def plot(self, axes=None, branches: Sequence = (), measure: str = "rms_0", names=None):
         """Draw the attractors over the parameter, beside ``branches`` of `trace`, above the shares; return the two axes."""
         return plotting.plot_sweep(self, axes, branches, measure, names=names)
@@ -178,6 +179,7 @@ class Sweep(Content, Notebook):
                    {int(k): v for k, v in header["parents"].items()}, Region.from_record(header["region"]), header["options"],
                    {int(k): v for k, v in header["failures"].items()}, header["key"])
 
+    @checked()
     def save(self, path) -> None:
         """Write the sweep to an npz file."""
         io.write(path, *self.to_record())
@@ -188,6 +190,7 @@ class Sweep(Content, Notebook):
                 f"{self._count} tracks, {int(self.starts.max(initial=0))} starts each{left})")
 
 
+@checked()
 def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mapping | None = None, samples: int = 2000, seed: int = 0,
           tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000, executor=None, workers: int | None = None,
           chunk: int = BLOCK, progress: bool = False, file=None) -> Sweep:
@@ -254,12 +257,9 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     values = _values(values)
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
-    check = partial(whole, "sweep")
-    options = following("sweep", seed, tolerance, max_periods, max_events)
+    options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
     job = {"what": "sweep", "system": system.to_record(), "elements": user_parts(system), "parameter": parameter,
-           "region": box.to_record(), "samples": check("samples", samples, least=1), "options": options}
-    chunk, workers = check("chunk", chunk, least=1), workers_of("sweep", workers)
-    check_executor(executor)
+           "region": box.to_record(), "samples": samples, "options": options}
 
     def compute(store: ChunkStore, key: str) -> Sweep:
         with Progress("sweep", len(values) * (1.0 + FOLLOWING), progress) as bar:
@@ -352,15 +352,10 @@ def _result(system, values, job, rows, failures, good, links: Links, key: str) -
 
 
 def _values(values, name: str = "values") -> np.ndarray:
-    try:
-        found = np.atleast_1d(np.asarray(values, float))
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.ndim != 1 or found.size == 0 or not np.isfinite(found).all():
-        raise ValueError(f"{name} = {values!r} is not allowed; it must be a row of finite numbers")
+    found = np.atleast_1d(array("", name, values, axes=(0, 1)))
     steps = np.diff(found)
     if not ((steps > 0).all() or (steps < 0).all()):
-        raise ValueError(f"{name} = {values!r} is not allowed; they must rise or fall, each only once")
+        raise ValueError(f"{name} = {shown(values)} is not allowed; they must rise or fall, each only once")
     return found
 
 

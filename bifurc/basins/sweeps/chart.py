@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...checks import checked, mapping
 from ...compose.scene import scene_of
 from ...content import Content
-from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...ensemble.region import Region
-from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
+from ...jobs.executors import run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -69,6 +69,7 @@ class ParameterChart(Content, Notebook):
     failures: dict = field(default_factory=dict)
     key: str = field(default="", repr=False)
 
+    @checked()
     def plot(self, ax=None, field: str = "periods", names=None):
         """Draw ``periods``, ``impacts``, ``attractors`` or ``exponents`` over the two parameters; return the axes."""
         return plotting.plot_chart(self, ax, field, names=names)
@@ -96,6 +97,7 @@ class ParameterChart(Content, Notebook):
                    failures={int(k): v for k, v in header["failures"].items()}, key=header["key"],
                    **{name: arrays[name] for name in FIELDS})
 
+    @checked()
     def save(self, path) -> None:
         """Write the chart to an npz file."""
         io.write(path, *self.to_record())
@@ -146,6 +148,7 @@ def _cell(system: System, region: Region, o: Mapping) -> dict:
     return found
 
 
+@checked(parameters=mapping)
 def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at: Mapping | None = None, starts: int = 8,
                     seed: int = 0, transient: int = 300, longest: int = 16, exponents: bool = False, max_events: int = 2000,
                     executor=None, workers: int | None = None, chunk: int = 100, progress: bool = False,
@@ -196,7 +199,7 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")
-    if not isinstance(parameters, Mapping) or len(parameters) != 2:
+    if len(parameters) != 2:
         raise ValueError(f"parameters = {parameters!r} is not allowed; it must name two parameters and their values, such as "
                          "{'omega': np.linspace(1, 3, 200), 'amplitude': np.linspace(0.5, 1, 100)}")
     names = tuple(system.parameter_name(name) for name in parameters)
@@ -205,15 +208,10 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     values = tuple(_values(item, name) for name, item in parameters.items())
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
-    check = partial(whole, "parameter_chart")
-    options = {"starts": check("starts", starts, least=1), "seed": check("seed", seed, least=0),
-               "transient": check("transient", transient, least=0),
-               "longest": check("longest", longest, least=1), "exponents": bool(exponents),
-               "max_events": check("max_events", max_events, least=1)}
+    options = {"starts": starts, "seed": seed, "transient": transient, "longest": longest, "exponents": exponents,
+               "max_events": max_events}
     common = {"system": system.to_record(), "elements": user_parts(system), "parameters": names, "region": box.to_record(),
               "options": options}
-    chunk, workers = check("chunk", chunk, least=1), workers_of("parameter_chart", workers)
-    check_executor(executor)
     cells = np.stack(np.meshgrid(*values, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def compute(store: ChunkStore, key: str) -> ParameterChart:

@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...checks import array, checked, floats, of, several, shown, whole
 from ...compose.natural import natural_length
 from ...compose.scene import scene_of
 from ...content import Content
-from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
-from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
+from ...jobs.executors import run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -62,6 +62,7 @@ class BifurcationDiagram(Content, Notebook):
     options: dict
     key: str = field(default="", repr=False)
 
+    @checked()
     def plot(self, ax=None, component: int = 0, branches=(), names=None):
         """Draw a component of the section points over the parameter, with ``branches`` of `trace`; return the axes."""
         return plotting.plot_diagram(self, ax, component, branches, names=names)
@@ -89,6 +90,7 @@ class BifurcationDiagram(Content, Notebook):
         return cls(System.from_record(header["system"], elements), header["parameter"], directions=tuple(header["directions"]),
                    options=header["options"], key=header["key"], **arrays)
 
+    @checked()
     def save(self, path) -> None:
         """Write the diagram to an npz file."""
         io.write(path, *self.to_record())
@@ -127,6 +129,7 @@ def diagram_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     return {}, {"points": points, "outcomes": outcomes, "impacts": impacts, "periods": periods, "state": X}
 
 
+@checked(values=of(array, axes=(0, 1)), starts=None, keep=of(whole, least=2), directions=of(several, allowed=DIRECTIONS))
 def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, directions=DIRECTIONS, transient: int = 300,
                         keep: int = 64, max_events: int = 2000, executor=None, workers: int | None = None, chunk: int = 25,
                         progress: bool = False, file=None) -> BifurcationDiagram:
@@ -175,22 +178,13 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
     values = np.sort(_values(np.sort(np.atleast_1d(np.asarray(values, float)))))
-    if not isinstance(directions, str | list | tuple):
-        raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
-    directions = (directions,) if isinstance(directions, str) else tuple(directions)
-    if not directions or len(set(directions)) < len(directions) or any(item not in DIRECTIONS for item in directions):
-        raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
     first = _starts(system, starts)
     scene = scene_of(system)
     length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max()))
     scale = np.full(scene.ns, length)
     scale[scene.n:2 * scene.n] *= float(scene.omega or 1.0)
-    check = partial(whole, "bifurcation_diagram")
     common = {"system": system.to_record(), "elements": user_parts(system), "parameter": parameter, "starts": first, "scale": scale,
-              "transient": check("transient", transient, least=0), "keep": check("keep", keep, least=2),
-              "max_events": check("max_events", max_events, least=1)}
-    chunk, workers = check("chunk", chunk, least=1), workers_of("bifurcation_diagram", workers)
-    check_executor(executor)
+              "transient": transient, "keep": keep, "max_events": max_events}
     for value in values:  # each value starts where the one before ended: an invalid one is told before any work
         system.with_parameters(**{parameter: float(value)})
 
@@ -228,10 +222,8 @@ def _swept(store: ChunkStore, common: dict, values, directions, chunk: int, run:
 
 def _starts(system: System, starts) -> np.ndarray:
     ns = scene_of(system).ns
-    try:
-        found = np.atleast_2d(resting_start(system) if starts is None else np.array(starts, float))
-    except (TypeError, ValueError):
-        found = np.empty((0, 0, 0))
+    given = floats(resting_start(system) if starts is None else starts)
+    found = np.atleast_2d(np.empty((0, 0, 0)) if given is None else given)
     if found.ndim != 2 or found.shape[1] != ns or not np.isfinite(found).all():
-        raise ValueError(f"starts = {starts!r} is not allowed; it must be a finite state ({ns},) or several (k, {ns})")
+        raise ValueError(f"starts = {shown(starts)} is not allowed; it must be a finite state ({ns},) or several (k, {ns})")
     return found

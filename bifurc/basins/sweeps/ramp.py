@@ -11,9 +11,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ... import io, plotting
+from ...checks import checked, of, several, state, whole
 from ...compose.scene import scene_of
 from ...content import Content
-from ...elements.checks import state, whole
 from ...flow.simulate import simulate
 from ...jobs.progress import Progress
 from ...notebook import Notebook, Table
@@ -115,12 +115,14 @@ class Ramp(Content, Notebook):
         return Jumps([jump for k, item in enumerate(self.directions)
                       for jump in jumps_of(item, self.values[k], self.amplitudes[k])])
 
+    @checked()
     def nearest(self, branches: Iterable) -> list[tuple]:
         """Return (jump, special point, distance of the parameter) for each jump: the nearest special point of some branches."""
         points = [point for branch in branches for point in branch.special_points]
         return [(jump, point, abs(point.parameter - jump.value)) for jump in self.jumps
                 for point in [min(points, key=lambda item: abs(item.parameter - jump.value), default=None)] if point is not None]
 
+    @checked()
     def plot(self, ax=None, measure: str = "max_0", branches=(), names=None):
         """Draw ``max_i`` or ``min_i`` over the parameter, up and down, with ``branches`` of `trace`; return the axes."""
         return plotting.plot_ramp(self, ax, measure, branches, names=names)
@@ -140,6 +142,7 @@ class Ramp(Content, Notebook):
         return cls(system, header["parameter"], tuple(header["directions"]), **arrays,
                    message=header["message"])
 
+    @checked()
     def save(self, path) -> None:
         """Write it to an npz file."""
         io.write(path, *self.to_record())
@@ -149,6 +152,7 @@ class Ramp(Content, Notebook):
         return f"Ramp({self.parameter} {' and '.join(self.directions)}, {self.values.shape[1]} values, jumps: {found or 'none'})"
 
 
+@checked(steps=of(whole, least=2), directions=of(several, allowed=DIRECTIONS))
 def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: int = 4, directions=DIRECTIONS, start=None,
          max_events: int = 2000, progress: bool = False) -> Ramp:
     """Return the motion while a parameter runs slowly up, and then down again: the run-up and run-down of a machine.
@@ -199,16 +203,9 @@ def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: i
         raise ValueError(f"{system!r} is autonomous; a run-up needs an excitation (omega)")
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
-    try:
-        low, high = (float(value) for value in bounds)
-    except (TypeError, ValueError):
-        raise ValueError(f"bounds = {bounds!r} is not allowed; it must be (low, high)") from None
+    low, high = bounds
     if not (np.isfinite([low, high]).all() and low < high):
         raise ValueError(f"bounds = {bounds!r} is not allowed; it must be (low, high) with low below high")
-    directions = (directions,) if isinstance(directions, str) else tuple(directions)
-    if not directions or any(item not in DIRECTIONS for item in directions) or len(set(directions)) < len(directions):
-        raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
-    steps, periods = whole("ramp", "steps", steps, least=2), whole("ramp", "periods", periods, least=1)
     rising = np.linspace(low, high, steps)
     values = np.array([rising if item == "up" else rising[::-1] for item in directions])
     first = system.with_parameters(**{parameter: float(values[0, 0])})

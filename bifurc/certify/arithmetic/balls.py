@@ -47,15 +47,6 @@ def working(precision: int | None):
         context.prec = before
 
 
-def checked(precision) -> int | None:
-    """Return a precision in bits, or raise ValueError."""
-    if precision is None:
-        return None
-    if not (isinstance(precision, int) and not isinstance(precision, bool) and 64 <= precision <= 100_000):
-        raise ValueError(f"certify: precision = {precision!r} is not allowed; it must be a whole number of bits from 64 to 100000")
-    return precision
-
-
 class Field:
     """What a model reads the floats of a system into: ``number(value)`` takes them one by one."""
 

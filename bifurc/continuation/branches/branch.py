@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import io, plotting
+from ...checks import EQUATIONS, checked, floats, refused, word
 from ...content import Content
 from ...notebook import Notebook
 from ..kinds import End, StopReason
@@ -162,6 +163,7 @@ class Branch(Content, Notebook):
         names = ["step", "s", self.parameter, *self._measure_names(), *self._recorded()]
         return tuple(dict.fromkeys([*names, "iterations", "residual", "angle"]))
 
+    @checked(name=word)
     def column(self, name: str) -> np.ndarray:
         """Return one column (m,), in the order of arclength; measures are computed when first asked for.
 
@@ -214,6 +216,7 @@ class Branch(Content, Notebook):
             self._audit = audit_branch(self, self._arrays)
         return self._audit
 
+    @checked()
     def certify(self, precision: int | None = None, stretches: bool = True):
         """Prove rows, special points, and what lies between the rows, in ball arithmetic; see `bifurc.certify.certify_branch`.
 
@@ -227,6 +230,7 @@ class Branch(Content, Notebook):
         """What the last `certify` proved, None before; pictures mark it."""
         return self._certificate
 
+    @checked()
     def plot(self, ax=None, measure=None, names=None, points=None):
         """Draw a measure over the parameter; return the axes. ``names`` gives labels: ``{"omega": "speed (rad/s)"}``.
 
@@ -235,12 +239,15 @@ class Branch(Content, Notebook):
         ax = plotting.plot_branch(self, ax=ax, measure=measure, names=names)
         return ax if points is None else plotting.plot_over(ax, points, self.distance(points, measure or "rms_0"))
 
+    @checked(points=None)
     def distance(self, points, measure: str = "rms_0") -> np.ndarray:
         """Return how far points (k, 2) of (parameter, measure) lie above or below the nearest part of the branch, (k,).
 
         In the unit of the measure, between rows linearly; infinite where the branch does not reach the parameter.
         """
-        found = np.asarray(points, float)
+        found = floats(points)
+        if found is None:
+            raise refused("distance", "points", points, "pairs (parameter, measure), shape (k, 2)")
         if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():
             raise ValueError(f"points has shape {found.shape}; it must hold finite pairs (parameter, measure), shape (k, 2)")
         p, y = self.column("parameter"), self.column(measure)
@@ -254,6 +261,7 @@ class Branch(Content, Notebook):
 
     # ---- going on and saving ---------------------------------------------------------------------------------------
 
+    @checked()
     def extend(self, bounds=None, **options) -> "Branch":
         """Return the branch continued at both ends; see `trace` for the options.
 
@@ -266,6 +274,7 @@ class Branch(Content, Notebook):
         """
         return named(EXTEND)(self, bounds, **options)
 
+    @checked()
     def save(self, path):
         """Write the branch to a file; it is renamed into place when complete."""
         return io.write(path, *self.to_record())
@@ -290,6 +299,7 @@ class Branch(Content, Notebook):
         return from_arrays(cls, header, arrays, problem, elements)
 
     @classmethod
+    @checked(problem=EQUATIONS)
     def load(cls, path, problem=None, elements=()) -> "Branch":
         """Read a branch from a file; see `from_record`."""
         return io.made(path, functools.partial(cls.from_record, problem=problem, elements=elements), *io.read(path))

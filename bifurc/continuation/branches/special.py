@@ -5,6 +5,7 @@ from typing import Any, ClassVar, SupportsFloat
 
 import numpy as np
 
+from ...checks import checked
 from ...content import Content, handed_out
 from ...lazy import Later
 from ...notebook import Notebook, Table
@@ -122,6 +123,7 @@ class SpecialPoint(Content, Notebook):
         """Parameters by name: one, or both at a point of a curve in two parameters."""
         return self.problem.parameters(self.x)
 
+    @checked()
     def certify(self, precision: int | None = None):
         """Prove the point in ball arithmetic, transversality included; see `bifurc.certify.certify_point`.
 

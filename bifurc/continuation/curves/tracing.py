@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ... import plotting
+from ...checks import checked, many, of, word
 from ..branches.branch import Branch
 from ..branches.special import SpecialPoint
 from ..families import family_of
@@ -61,6 +62,7 @@ class ParameterCurve(Branch):
                 f"{b.min():.6g} to {b.max():.6g}, {len(self)} points, {found or 'no special points'}, "
                 f"ends: {self.ends[0].reason.value}, {self.ends[1].reason.value})")
 
+    @checked()
     def plot(self, ax=None):
         """Draw the curve in the plane of the two parameters; returns the axes."""
         return plotting.plot_curve(self, ax=ax)
@@ -86,6 +88,7 @@ def renamed(parameter, points):
     return kept
 
 
+@checked(parameters=of(many, of=word, count=2), bounds=None)
 def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
                 stop=None, record=None, progress=None) -> ParameterCurve:
     """Follow a special point of a branch in two parameters.

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import COUNT, checked, floats, number, of, refused, whole, word
 from ...content import Content
 from .ensemble import diagram, exponents
 from .orbit import find_cycle
@@ -68,9 +69,7 @@ class Map(Content):
         for name, value in parameters.items():
             if name not in self.names:
                 raise ValueError(f"{type(self).__name__} has no parameter {name!r}; there are {', '.join(self.names)}")
-            if isinstance(value, bool) or not np.isscalar(value) or not math.isfinite(value):
-                raise ValueError(f"{type(self).__name__}: {name} = {value!r} must be a finite number")
-            setattr(self, name, float(value))
+            setattr(self, name, number(type(self).__name__, name, value))
 
     def _content(self) -> tuple:
         return tuple(self.parameters.items())
@@ -105,6 +104,7 @@ class Map(Content):
         """Return the symbol of the piece that holds at a point (d,)."""
         raise NotImplementedError
 
+    @checked(n=of(whole, least=0, most=10**8))
     def iterate(self, x0, n: int) -> np.ndarray:
         """Return x_0 .. x_n (n + 1, d)."""
         x = self._point(x0)
@@ -114,6 +114,7 @@ class Map(Content):
             found[k + 1] = self.step(found[k])
         return found
 
+    @checked(n=COUNT, itinerary=word)
     def find(self, n: int = 1, guess=None, itinerary: str | None = None) -> Any:
         """Return a cycle of period ``n``, see `orbit.MapOrbit`.
 
@@ -129,19 +130,21 @@ class Map(Content):
         """
         return find_cycle(self, n, guess, itinerary)
 
+    @checked(iterations=of(whole, least=10), starts=of(whole, least=4))
     def exponents(self, x0=None, iterations: int = 4000, starts: int = 64, transient: int = 1000) -> Any:
         """Return the Lyapunov exponents an iteration, see `ensemble.exponents`."""
         return exponents(self, x0, iterations, starts, transient)
 
+    @checked()
     def diagram(self, parameter: str, values, x0=None, transient: int = 2000, keep: int = 128) -> Any:
         """Return the iterates that are left after a transient over values of a parameter, see `ensemble.MapDiagram`."""
         return diagram(self, parameter, values, x0, transient, keep)
 
-    def _point(self, x):
-        x = np.zeros(self.dimension) if x is None else np.array(x, float, ndmin=1)
-        if x.shape != (self.dimension,) or not np.isfinite(x).all():
-            raise ValueError(f"a point of {type(self).__name__} is {self.dimension} finite numbers, got {x!r}")
-        return x
+    def _point(self, x, name: str = "x0"):
+        found = np.zeros(self.dimension) if x is None else floats(x)
+        if found is None or np.atleast_1d(found).shape != (self.dimension,) or not np.isfinite(found).all():
+            raise refused(type(self).__name__, name, x, f"a point of {self.dimension} finite numbers")
+        return np.atleast_1d(found)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{k}={v:.6g}' for k, v in self.parameters.items())})"

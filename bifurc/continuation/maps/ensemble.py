@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ... import plotting
+from ...checks import checked
 from ...content import Content
 
 
@@ -50,6 +51,7 @@ class MapDiagram(Content):
     points: np.ndarray = field(repr=False)
     periods: np.ndarray = field(repr=False)
 
+    @checked()
     def plot(self, ax=None, component: int = 0):
         """Draw a component of the iterates over the parameter; return the axes."""
         return plotting.plot_map_diagram(self, ax, component)

@@ -92,7 +92,7 @@ def find_cycle(system, n, guess, itinerary) -> MapOrbit:
         raise ValueError(f"n = {n!r} must be a whole number of at least 1")
     if itinerary is not None and (len(itinerary) != n or any(c not in system.pieces for c in itinerary)):
         raise ValueError(f"itinerary = {itinerary!r} must be {n} of the symbols {', '.join(system.pieces)}")
-    x = system.iterate(None, SETTLE)[-1] if guess is None else system._point(guess)
+    x = system.iterate(None, SETTLE)[-1] if guess is None else system._point(guess, "guess")
     if not np.isfinite(x).all():
         x = np.zeros(system.dimension)
     points = system.iterate(x, n - 1)

@@ -9,8 +9,8 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+from ...checks import choice, number, whole
 from ..atrow import AtRow
-from ..checks import choice, number, whole
 from ..kinds import EventKind
 from ..local import Affine, affine, lam, rate, s, u, wave, z
 from ..mode import Algebraic, Guard, Hold, Law, Mode

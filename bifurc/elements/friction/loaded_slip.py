@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..checks import number, whole
+from ...checks import number, vector, whole
 from ..kinds import EventKind
 from ..local import Affine, affine, rate, s, u, wave
 from ..mode import Algebraic, Guard, Mode
@@ -68,7 +68,7 @@ class LoadedMicroSlip(Sliders):
 
     def __post_init__(self):
         if self.load_phases is None:
-            object.__setattr__(self, "load_phases", (0.0,) * np.size(self.limits))
+            object.__setattr__(self, "load_phases", (0.0,) * len(vector(type(self).__name__, "limits", self.limits)))
         super().__post_init__()
         name = type(self).__name__
         number(name, "spring", self.spring, above=0.0)

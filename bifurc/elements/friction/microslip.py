@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ..checks import number
+from ...checks import number
 from ..kinds import EventKind
 from ..local import ONE, Affine, s
 from ..mode import Algebraic, Guard, Mode

@@ -3,10 +3,8 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
+from ...checks import many, number, of
 from ..atrow import AtRow
-from ..checks import number
 from ..local import u
 
 
@@ -22,10 +20,9 @@ class Sliders(AtRow):
     def __post_init__(self):
         super().__post_init__()
         for field, allowed in self.tuples.items():
-            value = getattr(self, field)
-            if np.ndim(value) != 1 or not len(value):
+            value = tuple(many(type(self).__name__, field, getattr(self, field), of=of(number, **allowed)))
+            if not value:
                 raise self.no_list(field)
-            value = tuple(number(type(self).__name__, f"{field}[{i}]", item, **allowed) for i, item in enumerate(value))
             object.__setattr__(self, field, value)
 
     def no_list(self, field: str) -> ValueError:

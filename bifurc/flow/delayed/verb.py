@@ -21,7 +21,7 @@ def simulate_delayed(system: System, y0, periods, duration, t0, max_events, hist
     """
     feedbacks = feedbacks_of(system)
     free = scene_of(without_feedback(system))
-    t0, length = checked_length(free, periods, duration, t0, max_events)
+    t0, length = checked_length(free, periods, duration, t0)
     y0 = checked_state(free, y0, t0)
     if periods is not None:
         length *= free.period or 1.0

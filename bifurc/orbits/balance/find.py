@@ -2,6 +2,7 @@
 import numpy as np
 from scipy.linalg import qr
 
+from ...checks import floats, refused
 from ...compose.scene import refuse_delay
 from ...flow.simulate import simulate
 from ...hbm.balance import Balance
@@ -168,9 +169,12 @@ def _starts(balance: Balance, guess) -> list[np.ndarray]:
         t, y = guess.sample(layout.periods // guess.periods * count + 1 if layout.periods % guess.periods == 0 else count + 1)
         samples = np.tile(y[:-1, :layout.n], (max(layout.periods // guess.periods, 1), 1))
         return [layout.analysis(samples)]
-    guess = np.asarray(guess, float)
+    found = floats(guess)
+    if found is None or not np.isfinite(found).all():
+        raise refused("find_orbit", "guess", guess, "an orbit, packed coefficients or a state, of finite numbers")
+    guess = found
     if guess.shape == (layout.size,):
-        return [guess.copy()]
+        return [guess]
     n, memory = layout.n, sum(len(element.memory) for element in balance.system.elements)
     if guess.shape in ((2 * n,), (2 * n + memory,)):
         motion = simulate(balance.system, guess, periods=layout.periods)

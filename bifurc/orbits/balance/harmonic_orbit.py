@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ... import io
+from ...checks import checked
 from ...flow.trajectory import Event, Events
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
@@ -270,10 +271,12 @@ class HarmonicOrbit(Orbit):
                             out[here] = segment.memory[i]
         return np.concatenate([q, v, memory], axis=1)
 
+    @checked()
     def maximum(self, dof: int = 0) -> float:
         """Largest value of a coordinate over the period, of the polynomial itself."""
         return self._extremum(dof, 1.0)
 
+    @checked()
     def minimum(self, dof: int = 0) -> float:
         """Smallest value of a coordinate over the period, of the polynomial itself."""
         return -self._extremum(dof, -1.0)
@@ -281,6 +284,7 @@ class HarmonicOrbit(Orbit):
     def _extremum(self, dof: int, sign: float) -> float:
         return largest(self.layout, sign * self.layout.matrix(self._x)[:, self._coordinate(dof)])
 
+    @checked()
     def rms(self, dof: int = 0) -> float:
         """Root mean square of a coordinate over the period."""
         weight = np.where(self.layout.waves == 0, 1.0, 0.5)

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...elements.checks import choice, whole
+from ...checks import COUNT, checked, choice, flag, number, of, whole
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
 from ...hbm.layout import Layout, listed
@@ -17,6 +17,8 @@ CONDENSED = 200  # unknowns of the whole balance from which on those of the touc
 FEWER = 0.5  # of the unknowns at most, for the same reason
 
 
+@checked(harmonics=None, aft=of(choice, allowed=("exact", "sampled")), samples=of(whole, least=3),
+         solver=of(choice, allowed=SOLVERS), tolerance=of(number, above=0.0, most=1.0), condense=flag)
 @dataclass(frozen=True)
 class HarmonicBalance:
     """How `find_orbit` balances harmonics.
@@ -59,21 +61,14 @@ class HarmonicBalance:
     condense: bool | None = None
 
     def __post_init__(self):
-        name = type(self).__name__
-        choice(name, "condense", self.condense, (None, True, False))
-        choice(name, "aft", self.aft, ("exact", "sampled"))
-        choice(name, "solver", self.solver, SOLVERS)
-        if self.samples is not None:
-            object.__setattr__(self, "samples", whole(name, "samples", self.samples, least=3))
-        if not (isinstance(self.tolerance, (int, float)) and 0.0 < self.tolerance < 1.0):
-            raise ValueError(f"{name}: tolerance = {self.tolerance!r} is not allowed; it must lie between 0 and 1")
         if isinstance(self.harmonics, str):
-            choice(name, "harmonics", self.harmonics, ("auto",))
+            choice(type(self).__name__, "harmonics", self.harmonics, ("auto",))
         else:
             listed(self.harmonics, 64)  # for its message; orbits of several periods are asked again with theirs
             if not isinstance(self.harmonics, (int, np.integer)):
                 object.__setattr__(self, "harmonics", tuple(float(k) if k % 1 else int(k) for k in self.harmonics))
 
+    @checked(first=COUNT)
     def layout(self, n: int, periods: int = 1, first: int = AUTO_FIRST) -> Layout:
         """Return the layout for ``n`` degrees of freedom; "auto" gives harmonics up to ``first``."""
         return Layout(listed(first if self.harmonics == "auto" else self.harmonics, periods), n, periods)

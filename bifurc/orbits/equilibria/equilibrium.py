@@ -19,6 +19,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from ... import io
+from ...checks import checked, floats, refused, whole
 from ...compose.scene import Scene, scene_of
 from ...content import Content
 from ...enumerations import DescribedEnum
@@ -257,6 +258,7 @@ class Equilibrium(Content, Notebook, Motion):
             return None
         return top < 0.0
 
+    @checked()
     def lyapunov_coefficient(self, dof: int = 0) -> float:
         """Return the first Lyapunov coefficient l1 at a Hopf point: r' = mu r + l1 r^3 for the amplitude r of a coordinate.
 
@@ -276,7 +278,7 @@ class Equilibrium(Content, Notebook, Motion):
         ----------
         Y. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), eqs. 3.18 and 5.39.
         """
-        return lyapunov_coefficient(self, dof)
+        return lyapunov_coefficient(self, whole("lyapunov_coefficient", "dof", dof, least=0, most=self.system.n - 1))
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
@@ -295,6 +297,7 @@ class Equilibrium(Content, Notebook, Motion):
         return f"Equilibrium(q={where}, {stable}, {self.status})"
 
 
+@checked()
 def find_equilibrium(system: System, guess=None) -> Equilibrium:
     """Return a state of rest of a system without excitation.
 
@@ -374,14 +377,17 @@ def resting(found: Equilibrium) -> Equilibrium:
 
 def _guess(scene: Scene, guess) -> np.ndarray:
     """Return the state (ns,) that a guess means, at rest."""
+    given: np.ndarray | None
     if guess is None:
         given = np.zeros(scene.ns)
     else:
-        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else np.asarray(guess, float)
+        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else floats(guess)
+    if given is None:
+        raise refused("find_equilibrium", "guess", guess, "positions, a state, an Equilibrium or an orbit")
     if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
         raise ValueError(f"guess has shape {given.shape}; it must be ({scene.n},) positions, or a state ({scene.ns},)")
     if not np.isfinite(given).all():
-        raise ValueError(f"guess = {guess!r} must be finite")
+        raise refused("find_equilibrium", "guess", guess, "finite")
     x = np.zeros(scene.ns + scene.nw)
     x[:given.size], x[scene.ns] = given, 1.0
     x[scene.n:2 * scene.n] = 0.0

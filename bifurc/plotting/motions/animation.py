@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 
+from ...checks import MOVING, checked, of, whole
 from .. import style
 from .phase_plane import plot_orbit, plot_trajectory
 
 
 @style.styled
+@checked(motion=MOVING, frames=of(whole, least=2, most=10**5))
 def animate_orbit(motion: Any, path: str | os.PathLike | None = None, dof: int = 0, frames: int = 120,
                   rate: int = 30) -> FuncAnimation:
     """Animate a periodic orbit or a simulated motion.

@@ -4,12 +4,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from ...checks import checked, like
 from .. import style
 
 SHADES = {"stick": "#FFFFFF", "slip+": "#FBD7B5", "slip-": "#CFE3F2", "apart": "#DDDDDD"}  # modes of a contact
 
 
 @style.styled
+@checked(loop=like("a loop of hysteresis(...)", "sample", "displacement", "force"))
 def plot_loop(loop: Any, ax: Axes | None = None, samples: int = 1440, **options) -> Axes:
     """Draw one loop with its events.
 
@@ -40,6 +42,7 @@ def plot_loop(loop: Any, ax: Axes | None = None, samples: int = 1440, **options)
 
 
 @style.styled
+@checked(loop=like("a loop of hysteresis(...)", "sample", "sliders"))
 def plot_states(loop: Any, ax: Axes | None = None, samples: int = 1440) -> Axes:
     """Draw force and displacement (dashed, scaled) over one period; what one contact does shades the background.
 

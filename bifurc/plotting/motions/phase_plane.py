@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from ...checks import MOVING, checked, like
 from .. import style
 from .rotors import draw_rotor, relative, ring_of
 
@@ -15,6 +16,7 @@ _JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
 
 
 @style.styled
+@checked(orbit=MOVING)
 def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, samples: int = 4000) -> list[Axes]:
     """Draw a periodic orbit: phase plane with the stops, and one period against time with the events marked.
 
@@ -55,6 +57,7 @@ def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, sam
 
 
 @style.styled
+@checked(trajectory=MOVING)
 def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: int = 0,
                     samples: int = 8000) -> list[Axes]:
     """Draw a simulated motion: phase plane with the stops, and time history with the events.
@@ -92,6 +95,7 @@ def _sections(ax: Axes, system: Any, t: np.ndarray, y: np.ndarray, times: np.nda
             markersize=6 if len(times) < 20 else 3)
 
 
+@checked(attractor=like("a motion or an attractor", "regime", "events"))
 def describe(attractor: Any) -> str:
     """Return words for an attractor: its period in forcing periods, its impacts and its contacts with what gives way."""
     if attractor.regime:

@@ -5,6 +5,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
+from ...checks import MOVING, PLACE, POSITIVE, checked, many, of
 from .. import style
 
 
@@ -53,6 +54,7 @@ def draw_rotor(ring: Any, t, y, events, axes, unit: float, time_label: str) -> l
 
 
 @style.styled
+@checked(motion=MOVING, dofs=of(many, of=PLACE, count=2), most=POSITIVE)
 def plot_full_spectrum(motion: Any, ax: Axes | None = None, dofs: tuple[int, int] = (0, 1), samples: int = 4096,
                        most: float = 5.0) -> Axes:
     """Draw the full spectrum of a rotor: amplitudes of z = x + i y, forward whirl at positive, backward at negative frequencies.
@@ -91,6 +93,7 @@ def plot_full_spectrum(motion: Any, ax: Axes | None = None, dofs: tuple[int, int
     return ax
 
 
+@checked(motion=MOVING, dofs=of(many, of=PLACE, count=2))
 def full_spectrum(motion: Any, dofs: tuple[int, int] = (0, 1), samples: int = 4096) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies (N,), in cycles per time, ascending, and the amplitudes (N,) of z = x + i y."""
     t, y = motion.sample(samples + 1)

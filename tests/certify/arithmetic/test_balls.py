@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bifurc.certify.arithmetic import balls
-from bifurc.certify.arithmetic.balls import Balls, Rationals, Recorder, above, below, checked, ends, middle, radius, size, working
+from bifurc.certify.arithmetic.balls import Balls, Rationals, Recorder, above, below, ends, middle, radius, size, working
+from bifurc.checks import KINDS
 
 flint = pytest.importorskip("flint")
 
@@ -24,12 +25,12 @@ def test_precision_is_that_of_the_block_and_what_it_was_behind_it():
 
 @pytest.mark.parametrize("wrong", [63, 100_001, 0, -64, 96.0, True, "96"])
 def test_precisions_that_are_none_are_refused(wrong):
-    with pytest.raises(ValueError, match=r"precision = .* whole number of bits from 64 to 100000"):
-        checked(wrong)
+    with pytest.raises(ValueError, match=r"precision = .* whole number, at least 64 and at most 100000"):
+        KINDS["precision"]("certify", "precision", wrong)
 
 
 def test_precisions_that_are_allowed():
-    assert [checked(value) for value in (None, 64, 96, 100_000)] == [None, 64, 96, 100_000]
+    assert [KINDS["precision"]("certify", "precision", value) for value in (64, 96, 100_000)] == [64, 96, 100_000]
 
 
 @pytest.mark.parametrize("value", [1.0 / 3.0, -0.1, 5e-324, -1.7e308, 0.0, 3.0])

@@ -56,7 +56,7 @@ def test_cycles_begin_at_the_rarest_symbol_and_bad_requests_are_named():
     given = SquareRootMap(lam=0.2, mu=0.005).find(3, guess=cycle.points[1])
     assert given.itinerary == "OOI"
     for n in (0, 1.5, -1):
-        with pytest.raises(ValueError, match="whole number of at least 1"):
+        with pytest.raises(ValueError, match="whole number, at least 1"):
             SquareRootMap(lam=0.2, mu=0.1).find(n)
     with pytest.raises(ValueError, match="3 of the symbols"):
         SquareRootMap(lam=0.2, mu=0.1).find(3, itinerary="IO")
