@@ -1,4 +1,6 @@
-"""What is made when it is first used: names of packages (PEP 562), so that importing one costs next to nothing; numbers."""
+"""What is made when it is first used: names of packages (PEP 562), so that importing one costs next to nothing, among them old ones,
+which work for one more version; numbers."""
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
@@ -27,6 +29,21 @@ def lazy(package: str, homes: Mapping[str, str],
         return getattr(import_module(f"{package}.{homes[name]}"), name)
 
     return find, lambda: public
+
+
+def renamed(namespace: dict, old: dict[str, str]):
+    """Return the ``__getattr__`` of a module with the variables ``namespace`` whose names ``old`` (old -> new) are deprecated."""
+    def find(name: str) -> Any:
+        if name not in old:
+            raise AttributeError(f"module {namespace['__name__']!r} has no attribute {name!r}")
+        deprecated(f"{namespace['__name__']}.{name}", old[name])
+        return namespace[old[name]]
+    return find
+
+
+def deprecated(old: str, new: str) -> None:
+    """Warn that a name has changed."""
+    warnings.warn(f"{old} is called {new} now; the old name goes with the next version", DeprecationWarning, stacklevel=3)
 
 
 class Later:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc import io, lazy, loading, notebook, renamed, warm
+from bifurc import io, lazy, loading, notebook, warm
 from bifurc._cache import _imported, _path, cache_folder, closure_hash, kernel_folder
 from bifurc.elements import BaseMotion, Coulomb, HarmonicForce, Jenkins, RigidStop
 from bifurc.enumerations import DescribedEnum
@@ -228,7 +228,7 @@ def test_lazy_and_old_names():
     assert find("System") is System and find("systems") is bf.systems and names() == ["Grid", "System", "systems"]
     with pytest.raises(AttributeError, match="module 'bifurc' has no attribute 'x'; it has Grid, System, systems"):
         find("x")
-    old = renamed.renamed({"__name__": "here", "new": 7}, {"old": "new"})
+    old = lazy.renamed({"__name__": "here", "new": 7}, {"old": "new"})
     with pytest.warns(DeprecationWarning, match="here.old is called new now; the old name goes with the next version") as said:
         assert old("old") == 7
     assert said[0].filename == __file__

@@ -1,5 +1,5 @@
 """Effects a system is made of, and the protocol to write new ones: see `Element`."""
-from ..renamed import renamed
+from ..lazy import renamed
 from . import local
 from .atrow import AtRow
 from .bearings import OilFilm

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..checks import DECLARED, Kind
-from ..renamed import deprecated
+from ..lazy import deprecated
 from .local import Affine, Core
 from .mode import Mode
 from .site import Ring, Rows, Surface

@@ -1,6 +1,6 @@
 """States of a balance: enumerations whose members are also sentences."""
 from ..enumerations import DescribedEnum
-from ..renamed import deprecated
+from ..lazy import deprecated
 
 
 class ContactStatus(DescribedEnum):

@@ -101,13 +101,15 @@ class Archive(zipfile.ZipFile):
             if start[:8] != _NPY or order is None or info.file_size != length + size:
                 raise ValueError(f"array {name!r} is not as it was written")
             content = np.empty(size, np.uint8)
-            place, view = 0, memoryview(content)
+            place = 0
             while place < size:
-                got = member.readinto(view[place:place + _BLOCK])
-                if not got:
+                got = np.frombuffer(member.read(_BLOCK), np.uint8)
+                if not got.size:
                     raise ValueError(f"array {name!r} ends after {place} of {size} bytes")
-                place += got
-        return content.view(kind).reshape(shape, order=order)
+                content[place:place + got.size] = got
+                place += got.size
+        flat: Any = content.view(kind)
+        return flat.reshape(shape, order=order)
 
 
 def modest(content: Mapping[str, np.ndarray], header: str, size: int) -> bool:
@@ -118,7 +120,7 @@ def modest(content: Mapping[str, np.ndarray], header: str, size: int) -> bool:
 
 def told(array: np.ndarray) -> list:
     """Return type, shape and checksum of an array, as JSON keeps them."""
-    return [array.dtype.str, list(array.shape), zlib.crc32(np.ascontiguousarray(array).reshape(-1).view(np.uint8))]
+    return [array.dtype.str, list(array.shape), zlib.crc32(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)]
 
 
 def read_json(text: bytes) -> Any:

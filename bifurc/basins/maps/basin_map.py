@@ -16,8 +16,8 @@ from ...ensemble.outcomes import CellState, coded
 from ...ensemble.section import Section
 from ...jobs.executors import user_parts
 from ...jobs.store import ChunkStore
+from ...lazy import deprecated
 from ...notebook import Notebook
-from ...renamed import deprecated
 from ...system import System
 from ..attractors.attractors import partners, targets_of
 from ..attractors.clockless import integrator_of

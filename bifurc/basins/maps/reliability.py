@@ -6,7 +6,7 @@ from scipy.ndimage import uniform_filter
 
 from ...ensemble.outcomes import DIVERGED
 from ...enumerations import DescribedEnum
-from ...renamed import renamed
+from ...lazy import renamed
 from .label_noise import ROUNDING
 
 FEW = 1e-3  # expected share of wrong labels up to which single cells are spoken of
