@@ -1,5 +1,5 @@
-"""What is made when it is first used: names of packages (PEP 562), so that importing one costs next to nothing, among them old ones,
-which work for one more version; numbers."""
+"""What is made when it is first used: names of packages (PEP 562), so that importing one costs next to nothing, and numbers; and
+old names, which work for one more version."""
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
