@@ -207,11 +207,12 @@ def born(problem, x, periods: int):
     if periods > 1 and problem.sequence.closure < 0:
         return None
     whole, at = problem.repeated(x, periods) if periods > 1 else (problem, x)
-    for signature, start in all_changed(sequences, whole, at):
-        if signature.events > whole.sequence.events:
-            new = problem.with_sequence(signature, start)
-            side = admissible_side(new, new.x0)
-            orbit = None if side is None else stepped_out(new, new.x0, side * new.scale)
-            if orbit is not None:
-                return orbit
+    made = [one for one in all_changed(sequences, whole, at) if one[0].events > whole.sequence.events]
+    fewest = min((signature.events for signature, _ in made), default=0)  # it is born in one of the periods, not in each
+    for signature, start in made:
+        new = problem.with_sequence(signature, start)
+        side = admissible_side(new, new.x0) if signature.events == fewest else None
+        orbit = None if side is None else stepped_out(new, new.x0, side * new.scale)
+        if orbit is not None:
+            return orbit
     return None

@@ -198,8 +198,12 @@ def instants(problem, x, orbit: Listed) -> list[Instant]:
 def followers(scene, e, T, mode, guard, z, row, lasts) -> set[int]:
     """Return the modes that may follow an event at the joined state ``z`` (nx,): of an impact also those in which contacts that are
     at a limit just then have changed with it."""
-    kick = bool(T.kick[mode, guard])
-    found = {*T.then[mode, guard].tolist(), mode} - {-1, -2}
+    kick, found = bool(T.kick[mode, guard]), {mode}
+    for after in T.then[mode, guard].tolist():
+        if after >= 0:
+            found.add(after)
+            if after != mode and not kick and scene.tables.n_holds[after] <= scene.tables.n_holds[mode]:
+                break  # a mode that holds nothing more may start wherever it is tried: none behind it is
     for other in range(int(scene.tables.n_guards[mode])) if kick else ():
         if other == guard or T.kick[mode, other] or not is_zero(e, T, mode, other, z, row, lasts):
             continue
