@@ -42,7 +42,7 @@ def test_every_row_starts_the_same_branch(rows):
 
 def test_changes_of_sequence_are_constructed(rows):
     """Simulation is the last resort, for what is no matter of one instant."""
-    assert sum(row.simulated for row in rows) <= 0.1 * sum(row.changes for row in rows)
+    assert sum(row.simulated for row in rows) <= 0.5 * sum(row.changes for row in rows)
 
 
 def test_the_table_has_a_line_for_every_kind(rows):

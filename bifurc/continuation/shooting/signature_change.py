@@ -83,6 +83,8 @@ def built(problem, point, monitor, silent):
         if events in tried:
             continue
         tried.append(events)
+        if new.free > problem.free:
+            continue  # what sticks all the time may stand anywhere: where such a family ends is known from its members
         side = admissible_side(new, new.x0) if may_begin(new) else None
         if side is not None and solves(new, new.x0, side) and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
