@@ -127,8 +127,9 @@ def test_labels_cannot_be_written_and_negative_ones_are_no_attractors():
     made = cells(0.02)
     with pytest.raises(ValueError, match="label = -1 is not allowed"):
         made.points(-1)
-    with pytest.raises(ValueError, match="group = -1 is not allowed; .*-1 is the sink"):
-        made.density(-1)
+    for group in (-1, len(made.groups), True, None, "0", object()):
+        with pytest.raises(ValueError, match=r"group = .* is not allowed; it must be 0 \.\. .*-1 is the sink"):
+            made.density(group)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

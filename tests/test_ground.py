@@ -66,7 +66,8 @@ def test_light_masses_and_copies():
     for name, matrix in (("damping", np.eye(3)), ("stiffness", np.eye(3))):
         with pytest.raises(ValueError, match=f"{name} has shape .3, 3.; it must be that of mass, .2, 2."):
             System(**{"mass": np.eye(2), "damping": np.eye(2), "stiffness": np.eye(2), name: matrix})
-    for parts, words in ((3, "they must be a list of Element"), ([3], "elements contain 3; they must be instances")):
+    for parts, words in ((3, "elements = 3 is not allowed; it must be a list"),
+                         ([3], r"elements\[0\] = 3 is not allowed; it must be an instance of Element")):
         with pytest.raises(ValueError, match=words):
             System(1.0, 0.0, 1.0, parts)
     for parts in ([HarmonicForce()], [BaseMotion()], [RigidStop(amplitude=0.1, harmonic=1)]):
@@ -167,11 +168,8 @@ def test_files_that_are_none(tmp_path):
         path = tmp_path / "x.npz"
         header = json.dumps({"format": "bifurc", "version": version, "kind": "x"})
         np.savez(path, __header__=np.frombuffer(header.encode(), np.uint8))
-        if version is True:
-            assert io.read(path)[0]["kind"] == "x"
-        else:
-            with pytest.raises(io.FileFormatError, match="has no valid layout version"):
-                io.read(path)
+        with pytest.raises(io.FileFormatError, match="has no valid layout version"):
+            io.read(path)
     with pytest.raises(io.FileFormatError, match="is a folder, not a bifurc result"):
         io.read(tmp_path)
     (tmp_path / "cut.npz").write_bytes(b"PK\x03\x04 nothing")
@@ -195,7 +193,7 @@ def test_files_that_are_none(tmp_path):
 
 def test_results_are_read_by_their_kind(tmp_path, monkeypatch):
     for path in (3, b"x", None):
-        with pytest.raises(ValueError, match="path = .* is not allowed; it must be a path"):
+        with pytest.raises(ValueError, match="load: path = .* is not allowed; it must be the path of a file"):
             bf.load(path)
     seen = []
     reader = types.SimpleNamespace(from_record=lambda *given, **more: seen.append((given, more)))

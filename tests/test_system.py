@@ -41,7 +41,7 @@ def test_scalars_make_one_degree_of_freedom():
     ((np.ones((2, 3)), 0.0, 1.0), r"mass has shape \(2, 3\)"),
     ((np.ones((0, 0)), 0.0, 1.0), "mass has shape"),
     (("heavy", 0.0, 1.0), "mass = 'heavy' .*a number or a square matrix"),
-    ((1.0, 0.0, 1.0, [3]), "elements contain 3"),
+    ((1.0, 0.0, 1.0, [3]), r"elements\[0\] = 3 is not allowed; it must be an instance of Element"),
     ((1.0, 0.0, 1.0, [RigidStop(dof=1)]), "degree of freedom 1 is not allowed; there are 0 to 0"),
     ((1.0, 0.0, 1.0, [RigidStop(row=(1.0, 2.0))]), "it must be 1 finite factors"),
     ((1.0, 0.0, 1.0, [RigidStop(row=(0.0,))]), "not all zero"),

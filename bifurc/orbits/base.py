@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 from .. import io, plotting
-from ..checks import RATIO, checked
+from ..checks import POINTS, RATIO, checked, of
 from ..content import Content
 from ..flow.trajectory import Events
 from ..motion import Motion
@@ -55,12 +55,10 @@ class Orbit(Content, Notebook, Motion):
         """Return the orbit as one that lies where its sequence of events changes, of which a branch tells."""
         raise NotImplementedError
 
-    @checked()
+    @checked(n=of(POINTS, least=2))
     def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
         """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""
-        if not (isinstance(n, (int, np.integer)) and n >= 2):
-            raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
-        return self._sampled(int(n))
+        return self._sampled(n)
 
     @checked(h=RATIO)
     def harmonic(self, h: float, dof: int = 0) -> complex:
@@ -69,8 +67,8 @@ class Orbit(Content, Notebook, Motion):
         ``h`` counts forcing frequencies (of an autonomous orbit: its own); h times ``periods`` must be whole (1/2 for a
         period-2 orbit).  Harmonics that a balance leaves out are 0.
         """
-        if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
-            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number >= 0")
+        if not abs(h * self.periods - round(h * self.periods)) < 1e-9:
+            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number")
         return self._phasor(h, self._coordinate(dof))
 
     @checked()

@@ -71,7 +71,8 @@ def test_noise_is_extrapolated_by_a_weighted_line():
     spread = w @ (x - (w @ x) / w.sum())**2
     assert found.exponent_error == pytest.approx(spread**-0.5, rel=1e-10)
     np.testing.assert_array_equal(found.changed, counts / n)
-    assert (found.samples, found.size) == (n, 1e-15) and found.perturbations is e
+    assert (found.samples, found.size) == (n, 1e-15)
+    np.testing.assert_array_equal(found.perturbations, e)
 
 
 def test_saturated_fractions_are_left_out_only_where_three_are_left():

@@ -190,6 +190,9 @@ def test_a_zoom_is_a_map_of_the_part_that_was_asked_for(ranges, cells, monkeypat
     monkeypatch.setattr(bf, "basins_of_attraction", map_of)
     whole = SimpleNamespace(system="system", grid=grid, attractors="attractors", section="section", options={"max_periods": 9})
     assert BasinMap.zoom(whole, cells=cells, **ranges) == "map"
+    for bad in (object(), 3.0, (0.0,), (1.0, 1.0), "ab", None):
+        with pytest.raises(ValueError, match="BasinMap.zoom: v0 = .* is not allowed; it must be two different numbers"):
+            BasinMap.zoom(whole, v0=bad)
     part = asked.pop("grid")
     assert asked == {"system": "system", "attractors": "attractors", "section": "section", "max_periods": 9}
     known = {"q0": (-3.0, 3.0, 6), "v0": (-2.0, 2.0, 4), "q1": (-1.0, 1.0, 5)}

@@ -15,6 +15,9 @@ from bifurc.basins.sweeps import ramp as ramps
 from bifurc.basins.sweeps.diagram import RESTARTED
 from bifurc.basins.sweeps.ramp import Ramp, jumps_of
 from bifurc.basins.sweeps.sections import groups, period_of, settled
+from bifurc.continuation.branches.branch import Branch
+from bifurc.continuation.branches.special import SpecialPoint
+from bifurc.continuation.kinds import SpecialPointKind
 from bifurc.ensemble.outcomes import CellState
 from bifurc.ensemble.period_map import MAPPED
 
@@ -282,8 +285,11 @@ def test_amplitudes_are_half_ways_and_jumps_are_those_of_each_direction():
     top = np.array([curve(200, (60, 2.0, 1)), curve(200, (30, 4.0, 1))])[:, :, None]
     both = run_of(top, -top, np.array([np.arange(200.0), np.arange(200.0)[::-1]]), ("up", "down"))
     assert [(jump.direction, jump.value, jump.settled) for jump in both.jumps] == [("up", 60.0, 61.0), ("down", 169.0, 168.0)]
-    points = [SimpleNamespace(special_points=[SimpleNamespace(parameter=p) for p in row]) for row in ([10.0, 64.0], [171.5, 59.0])]
-    assert [(point.parameter, away) for _, point, away in both.nearest(points)] == [(59.0, 1.0), (171.5, 2.5)]
+    rows = {"part": np.empty(0, np.int64), "s": np.empty(0)}
+    branches = [Branch("omega", [], rows, [SpecialPoint(SpecialPointKind.FOLD, p, 0.0, s, (s, s), np.array([0.0, p]), np.ones(2))
+                                           for s, p in enumerate(folds)], (), (0.0, 200.0), {})
+                for folds in ([10.0, 64.0], [171.5, 59.0])]
+    assert [(point.parameter, away) for _, point, away in both.nearest(branches)] == [(59.0, 1.0), (171.5, 2.5)]
     assert both.nearest([]) == []
     states = np.zeros((1, 1, 2))
     states[0, 0, 1] = np.nan

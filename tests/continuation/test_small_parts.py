@@ -94,7 +94,7 @@ def test_points_and_spread_numbers_of_a_map():
     made = Turning(3.0)
     assert made._point(None).tolist() == [0.0, 0.0] and made._point([1, 2]).tolist() == [1.0, 2.0]
     for bad in (1.0, [1.0, 2.0, 3.0], [np.nan, 0.0], [[1.0, 2.0]]):
-        with pytest.raises(ValueError, match="a point of Turning is 2 finite numbers"):
+        with pytest.raises(ValueError, match="Turning: x0 = .* is not allowed; it must be a point of 2 finite numbers"):
             made._point(bad)
     other = made._spread("gain", [1, 2, 3])
     assert other.gain.tolist() == [1.0, 2.0, 3.0] and made.gain == 3.0

@@ -437,7 +437,8 @@ def test_how_motions_end():
 
 @pytest.mark.parametrize("given, words", [
     ({}, "give either periods or duration"), ({"periods": 1, "duration": 1.0}, "give either periods or duration"),
-    ({"periods": -1.0}, "periods = -1.0 must not be negative"), ({"duration": -1.0}, "duration = -1.0 must not be negative"),
+    ({"periods": -1.0}, "simulate: periods = -1.0 is not allowed; it must be a finite number, at least 0"),
+    ({"duration": -1.0}, "simulate: duration = -1.0 is not allowed; it must be a finite number, at least 0"),
     ({"periods": np.inf}, "simulate: periods = inf"), ({"duration": "x"}, "simulate: duration = 'x'"),
     ({"periods": 1, "t0": np.nan}, "simulate: t0 = nan"), ({"periods": 1, "max_events": 0}, "simulate: max_events = 0"),
     ({"periods": 1, "history": print}, "history is not allowed; .* has no delayed feedback")])
@@ -450,8 +451,8 @@ def test_starts():
     with pytest.raises(ValueError, match="has no forcing period; give duration instead of periods"):
         bf.simulate(bf.System(1.0, 0.1, 1.0), (0.0, 0.0), periods=1)
     scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(), Jenkins(2.0, 0.3)], omega=1.0))
-    assert initial.checked_length(scene, 2, None, 0.3, 5) == (0.3, 2.0)
-    assert initial.checked_length(scene, None, 1.5, 0, 5) == (0.0, 1.5)
+    assert initial.checked_length(scene, 2.0, None, 0.3) == (0.3, 2.0)
+    assert initial.checked_length(scene, None, 1.5, 0.0) == (0.0, 1.5)
     assert initial.checked_state(scene, (0.2, 0.4), 0.0).tolist() == [0.2, 0.4, 0.2]  # a slider without force
     assert initial.checked_state(scene, (0.2, 0.4, 0.1), 0.0).tolist() == [0.2, 0.4, 0.1]
     x = np.concatenate([[1.0, 0.0, 0.2], scene.forcing(np.zeros(1))[0]])
@@ -495,8 +496,22 @@ def test_fields_and_their_derivatives(rng):
             known = [engine.guard_value(scene.tables, m, g, x) for g in range(int(scene.tables.n_guards[m]))]
             assert values == pytest.approx(known, abs=1e-12)
             T, count = scene.tables, len(values)
+            told, normals = field.depths(y)  # a depth is an unknown of its own: laws change by it, and by the state while it stays
+            by_state, by_depth = np.split(field._laws.apart(x)[1], [scene.ns], axis=1)
+            assert by_state + by_depth @ normals == pytest.approx(field.slopes(y), abs=1e-12)
+
+            def pressed(depths, y=y, field=field):
+                field.press(y, depths)
+                return field.forces(y)
+
+            assert by_depth == pytest.approx(np.reshape([(pressed(told + d) - pressed(told - d)) / (2.0 * h)
+                                                         for d in h * np.eye(told.size)], by_depth.T.shape).T, abs=1e-7)
+            field.press(y, told)
+            steep = np.sqrt(((T.LP[m].T @ by_depth)**2).sum(axis=0))
+            depths = np.maximum(np.abs(told), np.abs(y).max() * field.pace**2 / np.where(steep > 0.0, steep, 1.0))
             terms = np.abs(T.G[m, :count]) @ np.abs(x)
-            terms = terms + np.abs(T.LG[m, :count]) @ (np.abs(field.forces(y)) + np.abs(field.slopes(y)) @ np.abs(y))
+            terms = terms + np.abs(T.LG[m, :count]) @ (np.abs(field.forces(y)) + np.abs(by_state) @ np.abs(y)
+                                                       + np.abs(by_depth) @ depths)
             assert field.guards(y) == pytest.approx(values / np.where(terms > 0.0, terms, 1.0), rel=1e-12)
             held = field.constraints()
             assert held.shape == (len([k for k in range(T.n_holds[m]) for r in (T.H[m, k], T.S[m, k]) if r.any()]), x.size)

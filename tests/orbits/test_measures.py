@@ -150,14 +150,18 @@ def test_what_it_is(orbit, tmp_path):
     copied[:] = 7.0
     assert not np.array_equal(orbit.unknowns, copied)
     for n in (1, 2.5, "3"):
-        with pytest.raises(ValueError, match=f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2"):
+        with pytest.raises(ValueError, match=f"sample: n = {n!r} is not allowed; it must be a whole number, at least 2"):
             orbit.sample(n)
-    for h in (-1, 0.3 / orbit.periods, np.nan, np.inf):
-        with pytest.raises(ValueError, match="h times .* periods must be a whole number >= 0"):
+    for h in (-1, np.nan, np.inf):
+        with pytest.raises(ValueError, match=f"harmonic: h = {h!r} is not allowed; it must be a finite number, at least 0"):
             orbit.harmonic(h)
-    for dof in (-1, orbit.system.n, 0.0):
-        with pytest.raises(ValueError, match=f"dof = {dof} is not allowed; it must be 0 .. {orbit.system.n - 1}"):
+    with pytest.raises(ValueError, match="h times .* periods must be a whole number"):
+        orbit.harmonic(0.3 / orbit.periods)
+    for dof in (-1, 0.0):
+        with pytest.raises(ValueError, match=f"maximum: dof = {dof} is not allowed; it must be a whole number, at least 0"):
             orbit.maximum(dof)
+    with pytest.raises(ValueError, match=f"dof = {orbit.system.n} is not allowed; it must be 0 .. {orbit.system.n - 1}"):
+        orbit.maximum(orbit.system.n)
     assert len(orbit.sample(np.int64(2))[0]) == 2 and len(orbit.sample()[0]) == 400
 
 
@@ -586,9 +590,9 @@ def test_exponents_of_impacts_obey_the_sum_rule():
 @pytest.mark.parametrize("system, given, words", [
     (FLIP, {"period": 1.0}, "period = 1.0 is not allowed; the excitation of .* gives it, say how many in periods="),
     (BELT, {"periods": 2}, "periods = 2 is not allowed; .* has no excitation, say about how long in period="),
-    (FLIP, {"periods": 0}, "periods = 0 is not allowed; it must be a whole number of at least 1"),
+    (FLIP, {"periods": 0}, "find_orbit: periods = 0 is not allowed; it must be a whole number, at least 1"),
     (FLIP, {"periods": True}, "periods = True is not allowed"), (FLIP, {"periods": 1.5}, "periods = 1.5 is not allowed"),
-    (FLIP, {"closure": 2}, "closure = 2 is not allowed; it must be 1, -1 or None"),
+    (FLIP, {"closure": 2}, "find_orbit: closure = 2 is not allowed; it must be one of 1, -1$"),
     (FLIP, {"closure": -1}, "closure = -1 is not allowed; .* is not symmetric under y -> -y"),
     (FLIP, {"transient": -1}, "find_orbit: transient = -1"), (FLIP, {"guess": (1.0,)}, "guess has shape"),
     (FLIP, {"guess": (1.0, np.nan)}, "guess = .* must be finite"), ("x", {}, "system = 'x' is not allowed")])

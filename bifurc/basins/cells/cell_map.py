@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.stats import beta
 
 from ... import io, plotting
-from ...checks import COUNT, PLACE, checked, either, like, whole
+from ...checks import COUNT, checked, whole
 from ...compose.scene import scene_of
 from ...content import Content, alike, digest
 from ...ensemble.grid import Grid
@@ -227,7 +227,7 @@ class CellMap(Content, Notebook):
     def _places(self) -> list[int]:
         return list(self.grid.places(self.system.n, scene_of(self.system).ns))
 
-    @checked(group=either(PLACE, like("a group", "cells"), allowed="the number of a group, or a group"))
+    @checked(group=None)
     def density(self, group: int | Group) -> np.ndarray:
         """Return the stationary probabilities of the cells of a closed group, zero elsewhere, in the shape of the grid."""
         item = group if isinstance(group, Group) else self.groups[numbered("group", group, len(self.groups), "-1 is the sink")]

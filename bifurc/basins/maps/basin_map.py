@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ... import io, plotting
-from ...checks import SET, checked
+from ...checks import SET, checked, pair
 from ...compose.scene import scene_of
 from ...content import Content
 from ...ensemble.grid import Grid
@@ -184,8 +184,9 @@ class BasinMap(Content, LabelledStarts, Notebook):
                              f"{', '.join(self.grid.names)}")
         sides: dict = {}
         for axis, name in enumerate(self.grid.names):
-            bounds = tuple(ranges.get(name, (self.grid.low[axis], self.grid.high[axis])))
-            sides[name] = (*bounds, self.grid.shape[axis] if cells is None else cells)
+            low, high = (pair("BasinMap.zoom", name, ranges[name]) if name in ranges
+                         else (self.grid.low[axis], self.grid.high[axis]))
+            sides[name] = (low, high, self.grid.shape[axis] if cells is None else cells)
         periodic = [name for name in self.grid.periodic if name not in ranges]
         return basins_of_attraction(self.system, Grid(at=self.grid.at, periodic=periodic, **sides), attractors=self.attractors,
                                     section=self.section, **self.options)

@@ -3,6 +3,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import shown
 from ..attractors.attractors import section_points
 
 NONE = "-1 marks starts that led to no attractor"
@@ -50,5 +51,5 @@ def numbered(name: str, number: Any, count: int, none: str) -> int:
     """
     if isinstance(number, bool | np.bool_) or not isinstance(number, int | np.integer) or not 0 <= number < count:
         there = f"it must be 0 .. {count - 1}" if count else "there is none"
-        raise ValueError(f"{name} = {number!r} is not allowed; {there} ({none})")
+        raise ValueError(f"{name} = {shown(number)} is not allowed; {there} ({none})")
     return int(number)
