@@ -142,8 +142,8 @@ def test_written_modules_take_the_engine_of_the_laws():
     scene, other = (scene_of(bf.System(1.0, 0.1, 1.0, (spring,), omega=1.0)) for spring in springs)
     engine = writer.kernels(scene)
     scan = writer.kernels(scene, "bifurc.flow.scan")
-    for name in ("free_steps", "inside", "all_series", "land"):
-        assert getattr(scan, name).__module__ == "bifurc.flow.laws.guards", name
+    for name, home in (("free_steps", "guards"), ("inside", "hidden"), ("all_series", "guards"), ("land", "guards")):
+        assert getattr(scan, name).__module__ == f"bifurc.flow.laws.{home}", name
     assert engine.land is scan.land and engine.arc.__module__ == "bifurc.flow.laws.engine"
     assert engine.forcing is affine.forcing and scan.first_zero is polynomial.first_zero  # what reaches no law stays
     assert writer.kernels(other, "bifurc.flow.scan") is scan  # one for all laws
@@ -160,7 +160,8 @@ def test_many_degrees_of_freedom_take_the_engine_of_modal_coordinates_and_few_do
     engine, scan = writer.kernels(many), writer.kernels(many, "bifurc.flow.scan")
     assert engine.arc is modal_engine.arc and scan.free_steps is modal_engine.free_steps
     assert scan.land is engine.land is not affine.land
-    assert engine.guard_value is affine.guard_value and writer.kernels(many, "bifurc.flow.rule") is rule
+    assert engine.guard_value is affine.guard_value
+    assert writer.kernels(many, "bifurc.flow.rule").blurred is modal_engine.blurred and writer.kernels(few, "bifurc.flow.rule") is rule
     assert writer.kernels(few) is affine
 
 

@@ -12,6 +12,7 @@ import logging
 import math
 import operator
 from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,6 +51,13 @@ ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPoi
         EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
 
 
+class Imaged(NamedTuple):
+    """A scene and a sequence of events."""
+
+    scene: Any
+    sequence: Any
+
+
 def through_grazing(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event signature, or a sentence why none goes on.
 
@@ -77,6 +85,8 @@ def built(problem, point, monitor, silent):
     if answer is not None and verified(problem, point, *answer):
         return answer
     tried = [cycle(problem)]
+    if problem.system.symmetry == -1 and problem.sequence.closure > 0:
+        tried.append(cycle(image(problem)))  # the branch of the mirror images ends there, too: on symmetric motions
     for found in constructed(problem, point.x, monitor.name, known):
         new = problem.with_sequence(*found)
         events = cycle(new)
@@ -89,6 +99,16 @@ def built(problem, point, monitor, silent):
         if side is not None and solves(new, new.x0, side) and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     return None
+
+
+def image(problem):
+    """Return scene and sequence of the mirror images of the orbits of a symmetric system."""
+    scene, nodes = problem.scene, problem.sequence.nodes.copy()
+    for node in nodes:
+        before, guard, after = node[:AFTER + 1].tolist()
+        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(after)
+        node[GUARD] = scene.mirror_guard(before, guard) if guard >= 0 else guard
+    return Imaged(scene, dataclasses.replace(problem.sequence, nodes=nodes))
 
 
 def ended(problem, point, monitor, answer, search):
