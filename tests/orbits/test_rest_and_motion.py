@@ -46,14 +46,31 @@ def test_a_rotor_comes_to_its_stable_rest(guess):
     assert bf.find_orbit(whirling(0.06), guess).status == "at_rest"
 
 
-@pytest.mark.parametrize("place", [0.0, 0.4])
+def growth(q):
+    """Largest real part of the eigenvalues at the rest ``q`` of the system below; a push to one side makes its springs differ."""
+    K = np.array([[1.0, 0.2], [-0.2, 1.0]]) + 3.0 * np.diag(q**2)
+    return np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-K, -0.1 * np.eye(2)]])).real.max()
+
+
+@pytest.mark.parametrize("guess", [0.0, 1e-9])
+def test_a_push_that_detunes_the_springs_keeps_the_swing_at_rest(guess):
+    """K' = [[1 + 3 a^2, .2], [-.2, 1 + 3 b^2]] swings up only while .1 w < the imaginary part of its eigenvalue."""
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[1.0, 0.2], [-0.2, 1.0]],
+                       [CubicSpring(1.0, dof=0), CubicSpring(1.0, dof=1), ConstantForce(0.4, dof=0)])
+    rest = bf.find_equilibrium(system)
+    assert growth(rest.state[:2]) < 0.0 and rest.stable is True
+    found = bf.find_orbit(system, np.append(rest.state[:2] + (guess, 0.0), (0.0, 0.0)))
+    assert found.status == "at_rest" and found.state == pytest.approx(rest.state, abs=1e-6)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.2])
 @pytest.mark.parametrize("guess", [0.0, 1e-9, 0.5, 3.0])
 def test_a_swing_without_a_clock_is_reached_from_both_sides(place, guess):
     """A circulatory force drives two coordinates with hardening springs; an integration comes back after the period."""
     system = bf.System(np.eye(2), 0.1 * np.eye(2), [[1.0, 0.2], [-0.2, 1.0]],
                        [CubicSpring(1.0, dof=0), CubicSpring(1.0, dof=1), ConstantForce(place, dof=0)])
     rest = bf.find_equilibrium(system)
-    assert rest.stable is False
+    assert growth(rest.state[:2]) > 0.0 and rest.stable is False
     start = np.append(rest.state[:2] + (guess, 0.0), (0.0, 0.0))
     orbit = bf.find_orbit(system, start)
 

@@ -343,18 +343,20 @@ def first_root(value: np.ndarray, start: float, noise: float, rate: tuple[float,
     ``start`` is its value at 0: within ``noise`` it is zero there (a mass that has just hit its stop), which is divided out, and so
     is its rate where that is zero too (a slider that has just stopped).  0 where it is positive, or becomes so at once.  ``rate``
     are the rate at 0, of a unit of the piece, and its noise, if known: a short piece hides it in the rounding of its values.
+    Where it says that the guard goes inside, the guard comes back after it was seen there: zeros before are rounding.
     """
     c, _, _ = collocation()
     if start > noise:
         return 0.0
-    first, level, terms = start, noise, _legendre() @ value
+    first, level, terms, clear = start, noise, _legendre() @ value, 0.0
     for order in range(ORDERS):
         if abs(first) > level:
             break
-        value = value / c
+        inner, value = value, value / c
         terms = _legendre() @ value
         if order == 0 and rate is not None:
             first, level = rate
+            clear = _clear(inner, noise) if first < -level else 0.0
         else:
             first = float(np.polynomial.legendre.legval(-1.0, terms))
             level = noise / c[0]**(order + 1)
@@ -373,11 +375,19 @@ def first_root(value: np.ndarray, start: float, noise: float, rate: tuple[float,
         for _ in range(3):
             rise = np.polynomial.legendre.legval(at, slope)
             at -= float(np.polynomial.legendre.legval(at, terms) / rise) if rise else 0.0
-        if -1.0 < at <= 1.0 and np.polynomial.legendre.legval(at, slope) > 0.0:
+        if -1.0 < at <= 1.0 and 0.5 * (at + 1.0) > clear and np.polynomial.legendre.legval(at, slope) > 0.0:
             found.append(0.5 * (at + 1.0))
     if start < -noise and value[0] > 0.0 and min(found, default=1.0) > c[0]:  # it crosses before the first point, hidden by the
         found.append(float(c[0] * start / (start - value[0])))  # error of the interpolation: a piece that begins at the event
     return min(found, default=None)
+
+
+def _clear(value: np.ndarray, noise: float) -> float:
+    """Return where in a piece its first value (COUNT,) beyond ``noise`` lies, if that is negative; infinity without one."""
+    seen = np.flatnonzero(np.abs(value) > noise)
+    if not seen.size:
+        return math.inf
+    return float(collocation()[0][seen[0]]) if value[seen[0]] < 0.0 else 0.0
 
 
 def _legendre() -> np.ndarray:

@@ -170,6 +170,20 @@ def test_a_guard_that_crosses_before_the_first_point_of_a_piece(start):
     assert root is not None and 0.0 <= root <= collocation()[0][0]
 
 
+@pytest.mark.parametrize("length, root", [(1e-15, None), (1e-14, None), (1e-12, None), (1.0, 0.75)])
+def test_a_guard_that_goes_inside_is_left_by_no_rounding(length, root):
+    """g = -25 t (1 - t / .75), to 1e-14 of rounding: on a short piece the exact rate is all that is known."""
+    from bifurc.flow.delayed.history import collocation
+    from bifurc.flow.delayed.integration import first_root
+
+    t = length * collocation()[0]
+    for seed in range(50):
+        value = -25.0 * t * (1.0 - t / 0.75) + 1e-14 * np.random.default_rng(seed).uniform(-1.0, 1.0, t.size)
+        found = first_root(value, 0.0, 64e-14, (-25.0 * length, 1e-14 * length))
+        assert found == root if root is None else found == pytest.approx(root, rel=1e-12)
+    assert first_root(25.0 * t, 0.0, 64e-14, (25.0 * length, 1e-14 * length)) == 0.0
+
+
 def test_what_cannot_treat_it_refuses_by_name():
     system = controlled(bf.systems.duffing_oscillator(), 0.1)
     for call in (lambda: bf.find_orbit(system), lambda: bf.find_orbit(system, method=bf.HarmonicBalance(harmonics=3)),
