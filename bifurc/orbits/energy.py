@@ -112,7 +112,8 @@ class EnergyEquations:
         e, ns = self.equations, self.scene.ns
         J = np.zeros((self.size, self.size))
         J[:-1, :-1] = e.jacobian(u)
-        h = ASIDE / max(1.0, float(np.abs(J).max()))  # next to a saddle deviations grow: the differences stay in proportion
+        own = np.abs(J[:-1, :-1] * e.scale[:-1]).max()  # in natural sizes of the states
+        h = ASIDE / max(1.0, float(own))  # next to a saddle deviations grow: the differences stay in proportion
         above, below = u.copy(), u.copy()
         above[-1] += h
         below[-1] -= h

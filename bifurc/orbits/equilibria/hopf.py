@@ -94,11 +94,15 @@ class Forms:
         return np.array([2.0 * power[2] * scale**2, 6.0 * power[3] * scale**3])
 
     def B(self, u, v) -> np.ndarray:
-        """Return the bilinear form at complex directions."""
+        """Return the bilinear form at complex directions: of two that are as long, since in small units of length one may be longer
+        by many digits."""
         out = np.zeros(self.size, complex)
         for a, wa in ((u.real, 1.0), (u.imag, 1j)):
             for b, wb in ((v.real, 1.0), (v.imag, 1j)):
-                out += wa * wb * 0.25 * (self.along(a + b)[0] - self.along(a - b)[0])
+                one, two = float(np.abs(a).max()), float(np.abs(b).max())
+                if one > 0.0 and two > 0.0:
+                    plus, minus = a / one + b / two, a / one - b / two
+                    out += wa * wb * 0.25 * one * two * (self.along(plus)[0] - self.along(minus)[0])
         return out
 
     def C(self, q) -> np.ndarray:

@@ -414,10 +414,10 @@ def test_real_multipliers_that_pass_explain_what_they_explain():
 def test_a_pair_that_leaves_and_comes_back_is_seen_inside():
     part, a, b = step_of(lambda p: pair(0.97 + 0.02 * p + 0.3 * p * (1.0 - p)))
     c, t = tori.inner_change(part, a, b)
-    assert t == 0.5 and c.x[-1] == pytest.approx(0.5) and tori.outside(part.problem, c.x) == 2
+    assert t == 0.5 and c.x[-1] == pytest.approx(0.5) and tori.outside(part.problem, c.x) == (2, 2)
     part, a, b = step_of(lambda p: [*pair(0.9 + 0.2 * p, 1.0), *pair(1.2 - 0.25 * p, 2.0)])  # at .5 and .8, one after the other
     c, t = tori.inner_change(part, a, b)
-    assert 0.5 < t < 0.8 and tori.outside(part.problem, c.x) == 4
+    assert 0.5 < t < 0.8 and tori.outside(part.problem, c.x) == (4, 4)
     part, a, b = step_of(lambda p: pair(0.5 + 0.01 * p))
     assert tori.inner_change(part, a, b) is None
     part, a, b = step_of(lambda p: [0.5, 0.2])
@@ -437,14 +437,14 @@ def test_a_pair_is_seen_inside_where_others_have_met_the_real_axis():
     """The numbers of pairs at the ends of the step differ, and the pair is outside the circle in a tenth of it: the part in which
     the pair is nearer to the circle than it has moved is halved until it is found."""
     part, a, b = step_of(meeting)
-    assert tori.outside(part.problem, a.x) == tori.outside(part.problem, b.x) == 2
+    assert tori.outside(part.problem, a.x) == tori.outside(part.problem, b.x) == (2, 2)
     c, t = tori.inner_change(part, a, b)
-    assert 0.8 < t < 0.9 and tori.outside(part.problem, c.x) == 4
+    assert 0.8 < t < 0.9 and tori.outside(part.problem, c.x) == (4, 4)
 
 
 def test_multipliers_outside_the_circle_and_complex_ones():
     problem = Multipliers(lambda p: [*pair(1.2), -1.5, 0.3, 2.0 + 5e-8j])
-    assert tori.outside(problem, np.zeros(2)) == 4
+    assert tori.outside(problem, np.zeros(2)) == (4, 4)
     np.testing.assert_allclose(tori.multipliers(problem, np.zeros(2)), [*pair(1.2), -1.5, 0.3, 2.0 + 5e-8j])
     for none in (lambda p: None, lambda p: [np.inf, 0.1]):
         assert tori.outside(Multipliers(none), np.zeros(2)) is None and tori.multipliers(Multipliers(none), np.zeros(2)) is None
@@ -453,6 +453,14 @@ def test_multipliers_outside_the_circle_and_complex_ones():
     assert value == pytest.approx(1.05**2 - 1.0) and point.x[-1] == pytest.approx(0.25)  # of the pair nearest to the circle
     part, a, b = step_of(lambda p: [0.3, 0.2])
     assert tori.curve_value(part.problem, Curve(a, b))(0.25) is None
+
+
+def test_multipliers_that_rounding_moves_to_and_fro_over_the_circle_are_no_torus():
+    """As of a motion that nothing damps: what lies on the circle up to its rounding is neither inside nor outside."""
+    at = tori.ON_CIRCLE
+    part, a, b = step_of(lambda p: [*pair(1.0 + 0.9 * at * math.cos(40.0 * p), 1.0 + p), 2.0, 0.5])
+    assert tori.outside(part.problem, a.x) == tori.outside(part.problem, b.x) == (1, 3)
+    assert tori.pair_on_circle(part, a, b, []) is None and tori.inner_change(part, a, b) is None
 
 
 # a branch that creeps goes on with other equations, or not
