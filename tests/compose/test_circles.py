@@ -262,7 +262,9 @@ def test_rows_of_laws_and_laws_joined():
     again = SceneLaw(1, "b", ("k",), 1, Law(pair, (2.0,)), KICK, 0, False)
     rows = pieces.law_rows((two, one, again))
     assert rows.owners.tolist() == [[0, 1, 1, 3], [1, 2, 2, 1], [0, 1, 2, 0], [1, 0, 0, 1]]
-    assert rows.stages.tolist() == [1, 1, 3, 4, 2] and pieces.law_rows(()).stages.tolist() == [0, 0, 0, 0, 1]
+    assert rows.stages.tolist() == [1, 1, 3, 4, 2, 1] and pieces.law_rows(()).stages.tolist() == [0, 0, 0, 0, 1, 0]
+    level = SceneLaw(2, "c", ("k",), 2, Law(curve.level, (0.1, 0.2, 1.0, 0.6)), GUARD, 0, False)
+    assert level.is_level and not one.is_level and pieces.law_rows((two, level, one, again)).stages.tolist() == [1, 1, 5, 6, 2, 3]
     assert [law.outs for law in (one, two)] == [1, 1] and SceneLaw(0, "a", (), 2, Law(curve.limit), GUARD, 0, False).reads
 
 
