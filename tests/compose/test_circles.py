@@ -168,16 +168,23 @@ def test_values_and_slopes_of_laws():
         assert law.outs == 2 and not law.reads
         assert evaluate.value(law, at, numbers) == pytest.approx(n * radial + t * tangential)
         known = slopes(lambda x, law=law, numbers=numbers: evaluate.value(law, x, numbers), at)
-        assert evaluate.slope(law, at, numbers, np.ones(len(at))) == pytest.approx(known, abs=1e-7)
+        found, by_depth = evaluate.slope(law, at, numbers, np.ones(len(at)))
+        assert found == pytest.approx(known, abs=1e-7) and by_depth.tolist() == [0.0, 0.0]
         guard = law._replace(stage=GUARD, law=Law(lambda d, none, sn, st, k: k * d + sn * st,
                                                   (1.7,), jacobian and (lambda d, none, sn, st, k: (k, 0.0, st, sn))))
         assert guard.outs == 1
         assert evaluate.value(guard, at, numbers) == pytest.approx([1.7 * (r - RADIUS) + sn * (w + DRIFT + SPIN * r)])
         known = slopes(lambda x, law=guard, numbers=numbers: evaluate.value(law, x, numbers), at)
-        assert evaluate.slope(guard, at, numbers, np.ones(len(at))) == pytest.approx(known, abs=1e-7)
+        found, by_depth = evaluate.slope(guard, at, numbers, np.ones(len(at)))
+        assert found == pytest.approx(known, abs=1e-7) and by_depth.tolist() == [0.0]
+        for each in (law, guard) if jacobian else ():
+            whole, (kept, by_depth) = (evaluate.slope(each, at, numbers, np.ones(4), 0.0, apart) for apart in (False, True))
+            assert kept + np.outer(by_depth, [*n, 0.0, 0.0]) == pytest.approx(whole[0], rel=1e-12, abs=1e-13)
+            deeper = slopes(lambda more, given=(each, at, numbers): evaluate.value(*given, more[0]), np.zeros(1))
+            assert by_depth == pytest.approx(deeper[:, 0], abs=1e-7) and np.abs(by_depth).min() > 0.05
         straight = SceneLaw(0, "x", ("always",), 2, Law(bent, (1.7,), jacobian), FORCE, 0, False)
         assert evaluate.value(straight, at, np.array([1.7])) == pytest.approx(bent(*at, 1.7))
-        assert evaluate.slope(straight, at, np.array([1.7]), np.ones(len(at))) == pytest.approx(
+        assert evaluate.slope(straight, at, np.array([1.7]), np.ones(len(at)))[0] == pytest.approx(
             slopes(lambda x, law=straight: evaluate.value(law, x, np.array([1.7])), at), abs=1e-7)
 
 
