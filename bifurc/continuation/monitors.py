@@ -56,7 +56,7 @@ def with_monitors(problem, functions):
         return problem
     taken = {*TAKEN, *(monitor.name for monitor in problem.monitors)}
     for name, function in functions.items():
-        if not isinstance(name, str) or not name or name in taken:
+        if not name or name in taken:
             raise ValueError(f"monitors: {name!r} is no free name; taken are {', '.join(sorted(filter(None, taken)))}")
         if not callable(function):
             raise ValueError(f"monitors[{name!r}] = {function!r} must be a function of a solution that returns a number")

@@ -7,6 +7,8 @@ coordinate s_k that is fed back there, so that a perturbation dy of the orbit ob
 
 with p first order in dy: the feedback vanishes on the orbit.  b, rho and gamma are read off the same scene with a spring (or a
 dashpot) of natural size at each row, so that held rows, reactions and every contact law take part as they do anywhere else.
+
+One file, because pieces and jumps are read off the same scenes, with the feedback's spring and without it.
 """
 import numbers
 from dataclasses import dataclass

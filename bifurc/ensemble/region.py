@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..checks import number, pair, refused
+from ..checks import mapping, number, pair, refused
 from ..compose.scene import Scene
 from ..content import Content
 from .grid import _named, place_of
@@ -35,9 +35,9 @@ class Region(Content):
             _named(name)
             low, high = pair("region", name, value)
             if not (low < high and math.isfinite(high - low)):
-                raise refused("region", name, value, "(low, high), and its low bound must be below its high bound")
+                raise refused("region", name, value, "finite (low, high), and its low bound must be below its high bound")
             self.ranges[name] = low, high
-        self.at = {name: number("at", name, value) for name, value in (at or {}).items()}
+        self.at = {name: number("at", name, value) for name, value in mapping("region", "at", {} if at is None else at).items()}
         for name in self.at:
             _named(name)
             if name in self.ranges:

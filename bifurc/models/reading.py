@@ -1,6 +1,8 @@
 """Matrices from files of other programs: one reader a format, all of them checked alike.
 
 Formats: Matrix Market and CalculiX or Abaqus text (one matrix a file), MATLAB, npz, Nastran OP4 and DMIG (extra ``fe``).
+
+One file, because a format is a few lines, and all share the names of matrices and what is checked.
 """
 import logging
 import os

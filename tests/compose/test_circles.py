@@ -168,16 +168,23 @@ def test_values_and_slopes_of_laws():
         assert law.outs == 2 and not law.reads
         assert evaluate.value(law, at, numbers) == pytest.approx(n * radial + t * tangential)
         known = slopes(lambda x, law=law, numbers=numbers: evaluate.value(law, x, numbers), at)
-        assert evaluate.slope(law, at, numbers, np.ones(len(at))) == pytest.approx(known, abs=1e-7)
+        found, by_depth = evaluate.slope(law, at, numbers, np.ones(len(at)))
+        assert found == pytest.approx(known, abs=1e-7) and by_depth.tolist() == [0.0, 0.0]
         guard = law._replace(stage=GUARD, law=Law(lambda d, none, sn, st, k: k * d + sn * st,
                                                   (1.7,), jacobian and (lambda d, none, sn, st, k: (k, 0.0, st, sn))))
         assert guard.outs == 1
         assert evaluate.value(guard, at, numbers) == pytest.approx([1.7 * (r - RADIUS) + sn * (w + DRIFT + SPIN * r)])
         known = slopes(lambda x, law=guard, numbers=numbers: evaluate.value(law, x, numbers), at)
-        assert evaluate.slope(guard, at, numbers, np.ones(len(at))) == pytest.approx(known, abs=1e-7)
+        found, by_depth = evaluate.slope(guard, at, numbers, np.ones(len(at)))
+        assert found == pytest.approx(known, abs=1e-7) and by_depth.tolist() == [0.0]
+        for each in (law, guard) if jacobian else ():
+            whole, (kept, by_depth) = (evaluate.slope(each, at, numbers, np.ones(4), 0.0, apart) for apart in (False, True))
+            assert kept + np.outer(by_depth, [*n, 0.0, 0.0]) == pytest.approx(whole[0], rel=1e-12, abs=1e-13)
+            deeper = slopes(lambda more, given=(each, at, numbers): evaluate.value(*given, more[0]), np.zeros(1))
+            assert by_depth == pytest.approx(deeper[:, 0], abs=1e-7) and np.abs(by_depth).min() > 0.05
         straight = SceneLaw(0, "x", ("always",), 2, Law(bent, (1.7,), jacobian), FORCE, 0, False)
         assert evaluate.value(straight, at, np.array([1.7])) == pytest.approx(bent(*at, 1.7))
-        assert evaluate.slope(straight, at, np.array([1.7]), np.ones(len(at))) == pytest.approx(
+        assert evaluate.slope(straight, at, np.array([1.7]), np.ones(len(at)))[0] == pytest.approx(
             slopes(lambda x, law=straight: evaluate.value(law, x, np.array([1.7])), at), abs=1e-7)
 
 
@@ -262,7 +269,9 @@ def test_rows_of_laws_and_laws_joined():
     again = SceneLaw(1, "b", ("k",), 1, Law(pair, (2.0,)), KICK, 0, False)
     rows = pieces.law_rows((two, one, again))
     assert rows.owners.tolist() == [[0, 1, 1, 3], [1, 2, 2, 1], [0, 1, 2, 0], [1, 0, 0, 1]]
-    assert rows.stages.tolist() == [1, 1, 3, 4, 2] and pieces.law_rows(()).stages.tolist() == [0, 0, 0, 0, 1]
+    assert rows.stages.tolist() == [1, 1, 3, 4, 2, 1] and pieces.law_rows(()).stages.tolist() == [0, 0, 0, 0, 1, 0]
+    level = SceneLaw(2, "c", ("k",), 2, Law(curve.level, (0.1, 0.2, 1.0, 0.6)), GUARD, 0, False)
+    assert level.is_level and not one.is_level and pieces.law_rows((two, level, one, again)).stages.tolist() == [1, 1, 5, 6, 2, 3]
     assert [law.outs for law in (one, two)] == [1, 1] and SceneLaw(0, "a", (), 2, Law(curve.limit), GUARD, 0, False).reads
 
 

@@ -394,7 +394,8 @@ def test_regions_keep_what_they_are_given():
     assert not np.array_equal(region.starts(two, 5, 1), region.starts(two, 5, 2)) and region.starts(two, 0, 1).shape == (0, 4)
     for given, words in ((({},), "region = {} is not allowed"), ((3,), "region = 3"),
                          (({"x": (0, 1)},), "'x' is unknown"),
-                         (({"q0": (1, 1)},), "low bound must be below"), (({"q0": 3},), r"it must be \(low, high\)"),
+                         (({"q0": (1, 1)},), r"two different numbers, \(low, high\)"),
+                         (({"q0": 3},), r"two different numbers, \(low, high\)"), (({"q0": (1, 0)},), "low bound must be below"),
                          (({"q0": (0, np.inf)},), "must be finite"),
                          (({"q0": (0, 1)}, {"q0": 1}), "at fixes q0, which has a range"),
                          (({"q0": (0, 1)}, 3), "at = 3 is not allowed"), (({"q0": (0, 1)}, {"z": 1}), "'z' is unknown")):

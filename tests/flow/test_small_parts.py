@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
 from bifurc.flow import hysteresis, periodic, saltation, settle, simulate
 from bifurc.flow.affine import engine
@@ -150,15 +152,26 @@ def test_forcing_states_of_a_phase():
     assert x.tolist() == [5.0, 5.0, 1.0, 1.0, 0.0, 1.0, 0.0]
 
 
-def test_orders_of_the_zeros_at_a_start(monkeypatch):
-    """Inside, on the surface to some order, or leaving: that fires at once, which is order zero."""
-    signs = {0: (-1, 3), 1: (0, 5), 2: (1, 2)}
-    monkeypatch.setattr(settle, "Rule", lambda scene: SimpleNamespace(inside=lambda mode, g, x: signs[g]))
-    scene = SimpleNamespace(tables=SimpleNamespace(n_guards=np.array([1, 3])))
+@pytest.mark.parametrize("law", [False, True])
+def test_orders_of_the_zeros_at_a_start(law):
+    """Inside, on the surface to some order, or leaving: that fires at once, which is order zero; under a law with its rate.
+
+    Four masses without springs between them: one before its stop, three on theirs that go away, are pulled away, are pushed in.
+    """
+    pulls, stops = enumerate((0.0, 0.0, -0.5, 0.5)), enumerate((1.0, 0.0, 0.0, 0.0))
+    elements = [bf.elements.HarmonicForce(1.0, dof=0), *(bf.elements.ConstantForce(pull, dof=k) for k, pull in pulls),
+                *(bf.elements.RigidStop(gap, 0.7, dof=k) for k, gap in stops)]
+    elements += law * [bf.elements.CubicSpring(0.8, dof=0)]
+    scene = scene_of(bf.System(np.eye(4), np.zeros((4, 4)), np.eye(4), elements, omega=1.0))
+    x = np.zeros(scene.ns + scene.nw)
+    x[5] = -0.3
+    simulate._forcing(scene, 0.0, x)
     ints, floats = np.full(30, -7), np.zeros(30)
-    simulate._orders(scene, 1, None, ints, floats)
-    assert ints[simulate.ORDERS:simulate.ORDERS + 4].tolist() == [3, 5, 0, -7]
-    assert np.flatnonzero(np.isnan(floats)).tolist() == [simulate.SLOPES + g for g in range(3)]
+    simulate._orders(scene, next(iter(scene.start_modes())), x, ints, floats)
+    assert ints[simulate.ORDERS:simulate.ORDERS + 5].tolist() == [0, 1, 2, 0, -7]
+    rates = floats[simulate.SLOPES:simulate.SLOPES + 4]
+    assert rates == pytest.approx([math.nan, -0.3 if law else math.nan, math.nan, math.nan], rel=1e-12, nan_ok=True)
+    assert np.count_nonzero(floats) == 4
 
 
 # ---- motions of a delay --------------------------------------------------------------------------------------------------------

@@ -222,4 +222,4 @@ def test_bad_belts():
     with pytest.raises(ValueError, match="static"):
         bf.systems.belt_oscillator(static=0.5, kinetic=0.6)
     with pytest.raises(ValueError, match="kinetic"):
-        bf.systems.belt_oscillator(kinetic=0.0)
+        bf.systems.belt_oscillator(kinetic=-0.1)

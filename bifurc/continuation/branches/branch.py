@@ -16,7 +16,8 @@ from ..resimulation import EDGE
 from ..steps.rows import reversed_row
 from .audit import Audit, audit_branch
 from .records import branch_record, from_arrays, rows_of, to_arrays
-from .special import SpecialPoints, solution_at, special_point, unique
+from .solutions import Solutions
+from .special import SpecialPoints, special_point, unique
 from .stability_changes import stability_changes
 
 
@@ -153,7 +154,7 @@ class Branch(Content, Notebook):
         return StopReason.CLOSED in self.stop_reason
 
     @property
-    def orbits(self) -> "Solutions":
+    def orbits(self) -> Solutions:
         """Solutions of the rows, made when looked up: ``branch.orbits[i]``."""
         return Solutions(self)
 
@@ -331,25 +332,3 @@ class Branch(Content, Notebook):
             known = name in problem.measure_names
             pieces.append(np.asarray(problem.measure(name, self._unknowns(rows))) if known else np.full(rows.size, np.nan))
         return np.concatenate(pieces)
-
-
-class Solutions:
-    """Sequence of the solutions of a branch, made when looked up."""
-
-    def __init__(self, branch):
-        self._branch = branch
-
-    def __len__(self) -> int:
-        return len(self._branch)
-
-    def __getitem__(self, i) -> Any:
-        if isinstance(i, slice):
-            return [self[k] for k in range(*i.indices(len(self)))]
-        branch = self._branch
-        return solution_at(branch.problems[int(branch._arrays["part"][i])], branch.x(i), bool(branch._on_boundary[i]))
-
-    def __iter__(self):
-        return (self[i] for i in range(len(self)))
-
-    def __repr__(self) -> str:
-        return f"Solutions({len(self)})"

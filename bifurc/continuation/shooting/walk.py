@@ -6,6 +6,8 @@ the equations (`signature_change`).  An impact may change the mode of other cont
 Memory written at an event is carried on to the later ones.
 
 Not walked: the impacts of a complete chattering, whose number is no matter of one instant, and what a memory changes elsewhere.
+
+One file, because measures, instants, ways and sequences are the steps of one walk along the same list of nodes.
 """
 import itertools
 import math

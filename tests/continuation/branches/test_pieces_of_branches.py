@@ -343,7 +343,7 @@ class _Other(Scalar):
 def test_monitors_and_peaks_are_named_or_refused():
     problem = pitchfork()
     assert with_monitors(problem, None) is problem and with_monitors(problem, {}) is problem
-    for bad, said in (({"": abs}, "no free name"), ({"bound": abs}, "no free name"), ({3: abs}, "no free name"),
+    for bad, said in (({"": abs}, "no free name"), ({"bound": abs}, "no free name"), ({3: abs}, "a mapping of names"),
                       ({"a": 4}, "must be a function of a solution")):
         with pytest.raises(ValueError, match=said):
             with_monitors(problem, bad)

@@ -75,15 +75,15 @@ def test_bad_arguments():
     start = line()
     for words, arguments in (
             ("outside the bounds", {"bounds": (1, 2)}), ("two different", {"bounds": (1, 1)}),
-            ("two numbers", {"bounds": 3}),
-            ("two different", {"bounds": (math.nan, 1)}), ("direction", {"direction": 2}), ("ds must", {"ds": 0}),
-            ("ds_max must", {"ds_max": -1}), ("ds_min", {"ds_min": 1.0}), ("max_steps", {"max_steps": -1}),
+            ("two different numbers", {"bounds": 3}),
+            ("two different", {"bounds": (math.nan, 1)}), ("direction", {"direction": 2}), ("ds = 0 .* above 0", {"ds": 0}),
+            ("ds_max = -1 .* above 0", {"ds_max": -1}), ("ds_min", {"ds_min": 1.0}), ("max_steps", {"max_steps": -1}),
             ("unknown parameter 'q'", {"parameter": "q"})):
         with pytest.raises(ValueError, match=words):
             trace(start, **arguments)
     with pytest.raises(TypeError, match="an Equilibrium or a Problem"):
         trace(3, bounds=(0, 1))
-    with pytest.raises(TypeError, match="stop must be callable"):
+    with pytest.raises(ValueError, match="stop = 3 is not allowed; it must be a function"):
         trace(start, stop=3)
     with pytest.raises(ValueError, match="u0"):
         parabola(math.nan, 0.0)
