@@ -368,7 +368,7 @@ def test_grids_count_in_their_units():
     assert Grid(q0=(0, 1, 2), v0=(0, 1, 2)).wrapped(points) is points and "periodic" not in Grid(q0=(0, 1, 2)).to_record()
     assert repr(grid) == "Grid(q0=(-1, 3, 8), v0=(0, 3, 3), at={'q1': 2.0}, periodic=('v0',))"
     for wrong in (3, [1.0]):
-        with pytest.raises(ValueError, match="at = .* is not allowed; it must be a mapping of components"):
+        with pytest.raises(ValueError, match="at = .* is not allowed; it must be a mapping of names"):
             Grid(q0=(0, 1, 2), at=wrong)
 
 
