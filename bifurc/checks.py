@@ -179,7 +179,8 @@ def array(owner: str, name: str, value, *, axes: tuple[int, ...] = (1,), least: 
     if (found is None or found.ndim not in axes or found.size < least or not np.isfinite(found).all()
             or (count is not None and found.size != count)):
         many = f"{count} " if count is not None else ""
-        raise refused(owner, name, value, f"a list of {many}finite numbers" if axes != (0, 1) else "finite numbers, one or a list")
+        allowed = {(0, 1): "finite numbers, one or a list", (2,): "a table of finite numbers"}
+        raise refused(owner, name, value, allowed.get(axes, f"a list of {many}finite numbers"))
     return found
 
 

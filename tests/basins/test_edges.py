@@ -107,6 +107,6 @@ def test_bad_requests(basins, edge):
         bf.edge_state(bf.basins_of_attraction(bf.systems.impact_oscillator(omega=0.5), bf.Grid(q0=(-1, 1, 3), v0=(-1, 1, 3))))
     with pytest.raises(ValueError, match="lead to"):
         bf.edge_state(basins, starts=np.zeros((2, 2)) - 0.5)
-    with pytest.raises(ValueError, match="must be two states"):
+    with pytest.raises(ValueError, match="must be a table of finite numbers"):
         bf.edge_state(basins, starts=np.zeros(2))
     assert "\n" not in repr(edge)
