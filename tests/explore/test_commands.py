@@ -36,10 +36,10 @@ def test_ranges_that_nobody_gave():
     assert "omega" in model.parameters(SYSTEM) and all(type(SYSTEM.parameters[name]) is float for name in model.parameters(SYSTEM))
     page = model.of_system(SYSTEM)
     assert page.parameter == "omega" and page.bounds == (0.7, 2.8) and page.window == {} and page.system.omega == 1.4
-    page = model.of_system(SYSTEM, "omega", (3.0, 2.0), {"q0": (0.0, 1.0)})
+    page = model.of_system(SYSTEM, "omega", (2.0, 3.0), {"q0": (0.0, 1.0)})
     assert page.bounds == (2.0, 3.0) and page.system.omega == 2.0 and page.window == {"q0": (0.0, 1.0)}
     assert model.of_system(SYSTEM, "omega", (0.5, 1.0)).system.omega == 1.0
-    for bounds in ((1.0, 1.0), (1.0, math.inf), (math.nan, 1.0)):
+    for bounds in ((3.0, 2.0), (1.0, 1.0), (1.0, math.inf), (math.nan, 1.0)):
         with pytest.raises(ValueError, match="bounds"):
             model.of_system(SYSTEM, "omega", bounds)
     with pytest.raises(ValueError, match="autonomous"):
