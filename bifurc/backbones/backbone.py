@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .. import plotting
-from ..checks import array, checked, of
+from ..checks import array, checked, of, refused
 from ..content import Content
 from ..orbits.balance.method import HarmonicBalance
 from ..system import System
@@ -86,9 +86,9 @@ def backbone(system: System, amplitudes, *, dof: int = 0, mode: int = 0, method:
     >>> round(float(found.omega[-1]), 10)
     1.317776065
     """
-    values = np.atleast_1d(np.asarray(amplitudes, float))
-    if values.ndim != 1 or not values.size or not np.isfinite(values).all() or not (np.all(values > 0.0) or np.all(values < 0.0)):
-        raise ValueError(f"backbone: amplitudes = {amplitudes!r} is not allowed; it must be a row of finite numbers of one sign")
+    values = np.atleast_1d(amplitudes)
+    if not (np.all(values > 0.0) or np.all(values < 0.0)):
+        raise refused("backbone", "amplitudes", values.tolist(), "finite numbers of one sign")
     options: dict[str, Any] = {"dof": dof, "mode": mode, "method": method}
     found: list[ExtendedMode] = []
     for value in map(float, values):

@@ -157,7 +157,7 @@ def deflated_orbits(system, known=(), periods: int = 1, starts=None, most: int =
         Audited motions of the system, none of them known.
     """
     known = list(known)
-    points = [state for orbit in known for state in sections(orbit)]
+    points = [point for orbit in known for point in sections(orbit)]
     first = period_map(system, resting_start(system), 1, False)
     if first is None and not points:
         return ()
@@ -182,8 +182,8 @@ def deflated_orbits(system, known=(), periods: int = 1, starts=None, most: int =
         orbit = find_orbit(system, guess=y, periods=periods)
         if orbit.success and not deflation.has(orbit.state):
             found.append(orbit)
-            for state in sections(orbit):
-                deflation.add(state)
+            for point in sections(orbit):
+                deflation.add(point)
     return tuple(found)
 
 

@@ -463,7 +463,7 @@ class Problem:
         -------
         Corrected
         """
-        scale = self.scale
+        scale = self.scale if math.isfinite(self.scale[-1]) else np.append(self.scale[:-1], 1.0)  # `trace` has not sized it yet
         row = tangent
         if fixed:
             row = np.zeros_like(tangent)

@@ -25,10 +25,8 @@ class AtRow(Element):
 
     def __post_init__(self):
         super().__post_init__()
-        if isinstance(self.dof, tuple | list):
-            object.__setattr__(self, "dof", named(self.dof))
-        if not isinstance(self.dof, str):
-            object.__setattr__(self, "dof", whole(type(self).__name__, "dof", self.dof, least=0))
+        name = named(self.dof)
+        object.__setattr__(self, "dof", whole(type(self).__name__, "dof", self.dof, least=0) if name is None else name)
         if self.row is not None:
             object.__setattr__(self, "row", vector(type(self).__name__, "row", self.row))
 

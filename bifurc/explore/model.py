@@ -16,6 +16,7 @@ import numpy as np
 
 import bifurc as bf
 
+from ..checks import floats, refused
 from ..continuation import ContinuationError
 from ..orbits.base import Orbit
 from .script import Made, Script, grid_text
@@ -152,13 +153,10 @@ def of_system(system: Any, parameter: str | None = None, bounds: Sequence[float]
 
 def ascending(name: str, part: Any) -> tuple[float, float]:
     """Return a range as it was given, or raise ValueError: two finite numbers, the lower one first."""
-    try:
-        low, high = (float(end) for end in part)
-    except (TypeError, ValueError):
-        low = high = math.nan
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"{name} = {part!r} is not allowed; it must be two finite numbers, the lower one first")
-    return low, high
+    found = floats(part)
+    if found is None or found.shape != (2,) or not np.isfinite(found).all() or not found[0] < found[1]:
+        raise refused("", name, part, "two finite numbers, the lower one first")
+    return float(found[0]), float(found[1])
 
 
 def of_result(result: Any, path: str) -> Shown:

@@ -10,8 +10,8 @@ from ..system import System
 from .model import of_result, of_system
 
 
-@checked(what=either(SYSTEM, BRANCH, ORBIT, BALANCE, BASINS, allowed="a System, a branch, an orbit or a basin map"), path=text,
-         out=path, say=function)
+@checked(what=either(SYSTEM, BRANCH, ORBIT, BALANCE, BASINS, allowed="a System, a branch, an orbit or a basin map"), bounds=None,
+         path=text, out=path, say=function)
 def serve(what: Any, parameter: str | None = None, bounds: Sequence[float] | None = None, *, window: Mapping | None = None,
           path: str = "", out="bifurc-results", workers: int | None = None, browser: bool = True, say: Any = print) -> None:
     """Show a system, or a saved result, in the browser until the keyboard interrupts.

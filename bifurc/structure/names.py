@@ -1,4 +1,5 @@
 """Names of degrees of freedom: ``node.direction``, such as ``tip.uy``."""
+import numbers
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -25,8 +26,13 @@ def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str
 
 
 def named(dof: Any) -> str | None:
-    """Return the name of a degree of freedom given by name or pair (node, direction); None: it is neither."""
-    return dof if isinstance(dof, str) else ".".join(str(part) for part in dof) if isinstance(dof, tuple | list) else None
+    """Return the name of a degree of freedom given by name or pair (node, direction), names or numbers; None: it is neither."""
+    if isinstance(dof, str):
+        return dof
+    if isinstance(dof, tuple | list) and len(dof) == 2 and all(
+            isinstance(part, str | numbers.Integral) and not isinstance(part, bool) and part != "" for part in dof):
+        return f"{dof[0]}.{dof[1]}"
+    return None
 
 
 def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System") -> int:

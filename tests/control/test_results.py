@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import bifurc as bf
 from bifurc import plotting
@@ -20,10 +21,11 @@ def test_a_range_is_a_success_where_some_gain_holds(status):
 
 
 def test_results_draw_themselves(monkeypatch):
-    for name, kind in (("plot_feedback", FeedbackRange), ("plot_controlled", ControlledMotion)):
+    axes = Figure().subplots(2)
+    for name, kind, given in (("plot_feedback", FeedbackRange, axes[0]), ("plot_controlled", ControlledMotion, list(axes))):
         monkeypatch.setattr(plotting, name, lambda *arguments: arguments)
         found = object.__new__(kind)
-        assert found.plot("ax") == (found, "ax") and found.plot() == (found, None)
+        assert found.plot(given) == (found, given) and found.plot() == (found, None)
 
 
 @pytest.mark.parametrize("active, first", [([1, 1, 1], 0), ([0, 1, 1], 1), ([1, 0, 1], 2), ([0, 0, 0], None), ([1, 1, 0], None)])

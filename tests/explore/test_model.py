@@ -152,5 +152,5 @@ def test_ranges_are_two_numbers_in_their_order(wrong):
     system, said = bf.systems.impact_oscillator(), f"= {wrong!r} is not allowed; it must be two finite numbers, the lower one first"
     for name, options in (("bounds", {"bounds": wrong}), ("window['q0']", {"window": {"q0": wrong, "v0": (-1.0, 1.0)}})):
         with pytest.raises(ValueError) as refused:
-            bf.explore.serve(system, browser=False, say=None, **options)
+            bf.explore.serve(system, browser=False, **options)
         assert str(refused.value) == f"{name} {said}"

@@ -114,7 +114,7 @@ def test_the_hopf_point_of_van_der_pol():
     away = bf.find_equilibrium(system.with_parameters(mu=0.1))
     with pytest.raises(ValueError, match="the pair nearest to the imaginary axis is .*: this is no Hopf point"):
         away.lyapunov_coefficient()
-    with pytest.raises(ValueError, match="dof = 1 is not allowed; it must be 0 .. 0"):
+    with pytest.raises(ValueError, match="dof = 1 is not allowed; it must be a whole number, at least 0 and at most 0"):
         rest.lyapunov_coefficient(1)
     with pytest.raises(ValueError, match="no pair of eigenvalues is complex"):
         hopf.critical_pair(np.diag([-1.0, -2.0]))
@@ -261,7 +261,7 @@ def test_the_largest_value_of_a_polynomial(rng):
         ({"aft": "fft"}, "aft = 'fft'"),
         ({"solver": "secant"}, "solver = 'secant'"),
         ({"samples": 2}, "samples = 2"),
-        ({"tolerance": 0.0}, "tolerance = 0.0 is not allowed; it must lie between 0 and 1"),
+        ({"tolerance": 0.0}, "tolerance = 0.0 is not allowed; it must be above 0 and at most 0.1"),
         ({"tolerance": 1.0}, "tolerance = 1.0"),
         ({"tolerance": "x"}, "tolerance = 'x'"),
         ({"condense": 3}, "condense = 3"),

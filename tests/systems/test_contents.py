@@ -76,14 +76,14 @@ def test_oscillators_with_dry_friction():
 
 def test_belts():
     common = dict(zeta=0.2, belt_speed=0.7, static=1.2, kinetic=0.8, decay_speed=0.6, falling=0.3, rising=0.15)
-    for law, contact in (("coulomb", el.Coulomb(0.8, static_ratio=1.5, belt_speed=0.7)),
+    for law, contact in (("coulomb", el.Coulomb(0.8, static=1.2, belt_speed=0.7)),
                          ("exponential", el.Stribeck(0.8, 1.2, 0.6, belt_speed=0.7)),
                          ("cubic", el.CubicFriction(1.2, 0.3, 0.15, belt_speed=0.7))):
         check(systems.belt_oscillator(law=law, **common), 1, 0.4, 1, (contact,))
     systems.belt_oscillator(law="cubic", kinetic=2.0, static=1.0)  # not used by the cubic law
-    assert systems.belt_oscillator(static=0.6, kinetic=0.6).elements[0].static_ratio == 1.0
+    assert systems.belt_oscillator(static=0.6, kinetic=0.6).elements[0].static == 0.6
     for given, words in (({"law": "dry"}, "law = 'dry' .* one of 'coulomb', 'exponential', 'cubic'"),
-                         ({"kinetic": 0.0}, "kinetic = 0"),
+                         ({"kinetic": -0.1}, "kinetic = -0.1"),
                          ({"static": 0.5}, "static = 0.5 is not allowed; it must be a finite number, at least 0.6")):
         with pytest.raises(ValueError, match=words):
             systems.belt_oscillator(**given)

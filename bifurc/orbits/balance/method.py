@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...checks import COUNT, checked, choice, flag, number, of, whole
+from ...checks import COUNT, checked, choice, flag, of, whole
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
 from ...hbm.layout import Layout, listed
@@ -18,7 +18,7 @@ FEWER = 0.5  # of the unknowns at most, for the same reason
 
 
 @checked(harmonics=None, aft=of(choice, allowed=("exact", "sampled")), samples=of(whole, least=3),
-         solver=of(choice, allowed=SOLVERS), tolerance=of(number, above=0.0, most=1.0), condense=flag)
+         solver=of(choice, allowed=SOLVERS), condense=flag)
 @dataclass(frozen=True)
 class HarmonicBalance:
     """How `find_orbit` balances harmonics.
@@ -37,7 +37,7 @@ class HarmonicBalance:
     solver : {"newton", "broyden", "galerkin-broyden"}
         Newton with the exact Jacobian; Broyden from it; Li's published method for dry friction (for study).
     tolerance : float
-        With "auto": wanted error over the amplitude, dimensionless.
+        With "auto": wanted error over the amplitude, dimensionless, at most 0.1.
     condense : bool, optional
         Whether orbits and branches are solved in the coordinates that contacts and laws touch, and the others recovered from
         the linear part: the same solutions, in a time that hardly depends on the degrees of freedom.  Default: where it pays;
