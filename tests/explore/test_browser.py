@@ -209,11 +209,11 @@ def test_strangers_are_refused(page, server):
                         ("/", {"Cookie": cookie, "Host": f"localhost:{server.port}"}),
                         ("/", {"Cookie": cookie, "Host": "attacker.example"}),
                         ("/", {"Cookie": cookie, "Origin": "http://attacker.example"}),
-                        ("/autoload.js", {"Cookie": cookie}),
                         ("/ws", {**socket, "Cookie": cookie}), ("/ws", {**socket, "Origin": own}),
                         ("/ws", {**socket, "Cookie": cookie, "Origin": "http://attacker.example"})):
         status, headers, body = server.get(path, **wrong)
         assert (status, body[:8]) == (403, "refused:"), (path, wrong, status)
+    assert server.get("/autoload.js", Cookie=cookie)[0] == 404  # no page of others embeds this one
         assert server.token not in body and "Set-Cookie" not in headers
     status, headers, _ = server.get("/", Cookie=cookie, Origin=own)
     assert status == 200

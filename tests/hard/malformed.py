@@ -739,7 +739,7 @@ def means(case: Case, name: str, kind: str, value) -> bool:
     if name in ("x0", "guess"):
         return isinstance(value, tuple) and value == (1.0,) and case.name != "find_orbit"
     if name == "periodic":
-        return isinstance(value, list | np.ndarray) and len(value) == 0
+        return isinstance(value, list | np.ndarray) and np.size(value) == 0
     if name == "at":  # components are looked up when a system is known
         return isinstance(value, dict) and "q7" in value
     return name == "element" and isinstance(value, str) and value == "x"
