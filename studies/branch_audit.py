@@ -3,12 +3,9 @@
 Every row is simulated again over its period; every branch is traced back from its last rows, and from rows drawn among the others,
 also where these lie on a boundary of their event sequence. Columns: rows that simulation does not repeat, rows that are not
 admissible, ends that are no bounds, loops or physical ends, special points that are found in one direction of travel only, starts
-from which the branch is refused, not the same or not explained; changes of sequence behind which simulation found what goes on,
-of all that go on.
+from which the branch is refused, not the same or not explained.
 """
-import logging
 import time
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -177,8 +174,6 @@ class Audited:
         What is different from drawn rows of the branch.
     unexplained : bool
         Whether the branch's own audit says so.
-    changes, simulated : int
-        Changes of sequence on the first trace behind which the branch goes on; those of them that simulation served.
     seconds : float
         CPU time.
     """
@@ -194,8 +189,6 @@ class Audited:
     starts: list = field(default_factory=list)
     found: bool = True
     ok: bool = True
-    changes: int = 0
-    simulated: int = 0
     seconds: float = 0.0
     bad: list = field(default_factory=list)
 
@@ -215,10 +208,7 @@ def audited(kind: str, number: int, back: bool = True, drawn: bool = True) -> Au
     orbit = bf.find_orbit(system)
     row.found = orbit.success
     if orbit.success:
-        with served() as log:
-            branch = bf.trace(orbit, name, bounds=bounds, max_steps=MAX_STEPS)
-        row.simulated = log.count("simulated")
-        row.changes = row.simulated + log.count("constructed")
+        branch = bf.trace(orbit, name, bounds=bounds, max_steps=MAX_STEPS)
         judge_rows(branch, row)
         row.ends = [repr(end) for end in branch.ends if end.reason not in PHYSICAL]
         row.ok = branch.audit.ok
@@ -228,22 +218,6 @@ def audited(kind: str, number: int, back: bool = True, drawn: bool = True) -> Au
             row.starts = other_starts(branch, name, bounds, np.random.default_rng(number))
     row.seconds = time.process_time() - clock
     return row
-
-
-@contextmanager
-def served():
-    """Collect how the changes of sequence are served in the block: words that the tracer logs."""
-    words: list[str] = []
-    handler, log = logging.Handler(), logging.getLogger("bifurc.continuation")
-    handler.emit = lambda record: words.append(record.getMessage().rpartition(": ")[2])
-    level = log.level
-    log.addHandler(handler)
-    log.setLevel(logging.DEBUG)
-    try:
-        yield words
-    finally:
-        log.removeHandler(handler)
-        log.setLevel(level)
 
 
 def judge_rows(branch, row: Audited) -> None:
@@ -380,10 +354,10 @@ def report(rows) -> str:
         lines.append([kind, len(mine), len(traced), sum(row.rows for row in mine), sum(row.not_repeated for row in mine),
                       sum(row.failed for row in mine), 2 * len(traced), sum(len(row.ends) for row in mine),
                       sum(len(row.one_way) for row in mine), sum(len(row.starts) for row in mine),
-                      sum(not row.ok for row in mine), sum(row.changes for row in mine), sum(row.simulated for row in mine)])
+                      sum(not row.ok for row in mine)])
     return table("Random scenes, one parameter traced each", ["scene", "scenes", "traced", "rows", "not repeated", "no success",
                                                            "ends", "unexplained", "one way only", "other starts",
-                                                           "audit not ok", "changes", "simulated"], lines)
+                                                           "audit not ok"], lines)
 
 
 def picture(rows):

@@ -26,7 +26,6 @@ from .problem import Corrected, Monitor, Problem
 from .shooting import autonomous
 from .shooting.problem import OrbitProblem
 from .shooting.signature_change import admissible_side
-from .shooting.walk import sequences
 from .tracing import trace
 
 ORDERS = (2, 3, 4, 5)  # of internal resonances that are marked
@@ -143,15 +142,17 @@ class EnergyProblem(Problem):
 
     def switch(self, point, monitor):
         """Return (problem, x, tangent) of the event sequence behind a boundary, or why none goes on."""
-        # where it is not small the section touches the orbit: another one is taken
-        changes = same_sequence if monitor.name == autonomous.SHRINKS else sequences
-        for signature, inner in autonomous.all_changed(changes, self.orbits, point.x[:-1]):
-            new = EnergyProblem(self.system, signature, self.weights, np.append(inner, point.x[-1]))
-            new.scale[-1] = self.scale[-1]
-            side = admissible_side(new, new.x0)
-            if side is not None:
-                return new, new.x0, side
-        return None
+        change = autonomous.CHANGES.get(monitor.name)
+        if monitor.name == autonomous.SHRINKS:  # not small: the section touches the orbit, another one is taken
+            change = same_sequence
+        found = None if change is None else autonomous.changed(change, self.orbits, point.x[:-1])
+        if found is None:
+            return None
+        signature, inner = found
+        new = EnergyProblem(self.system, signature, self.weights, np.append(inner, point.x[-1]))
+        new.scale[-1] = self.scale[-1]
+        side = admissible_side(new, new.x0)
+        return None if side is None else (new, new.x0, side)
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations and unknowns."""
@@ -198,8 +199,8 @@ class EnergyProblem(Problem):
 
 
 def same_sequence(plain, x):
-    """Yield signature and unknowns as they are."""
-    yield plain.sequence, x
+    """Return signature and unknowns as they are."""
+    return plain.sequence, x
 
 
 def resonances(mu) -> list[float]:

@@ -213,8 +213,8 @@ def test_strangers_are_refused(page, server):
                         ("/ws", {**socket, "Cookie": cookie, "Origin": "http://attacker.example"})):
         status, headers, body = server.get(path, **wrong)
         assert (status, body[:8]) == (403, "refused:"), (path, wrong, status)
-    assert server.get("/autoload.js", Cookie=cookie)[0] == 404  # no page of others embeds this one
         assert server.token not in body and "Set-Cookie" not in headers
+    assert server.get("/autoload.js", Cookie=cookie)[0] == 404  # no page of others embeds this one
     status, headers, _ = server.get("/", Cookie=cookie, Origin=own)
     assert status == 200
     flags = next(value for name, value in headers.items() if name == "Set-Cookie")

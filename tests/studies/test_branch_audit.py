@@ -40,11 +40,6 @@ def test_every_row_starts_the_same_branch(rows):
     assert [row.starts for row in rows if row.starts] == []
 
 
-def test_changes_of_sequence_are_constructed(rows):
-    """Simulation is the last resort, for what is no matter of one instant."""
-    assert sum(row.simulated for row in rows) <= 0.5 * sum(row.changes for row in rows)
-
-
 def test_the_table_has_a_line_for_every_kind(rows):
     """One line for each kind of scene and one for all."""
     assert branch_audit.report(rows).count("\n") == len(branch_audit.KINDS) + 3

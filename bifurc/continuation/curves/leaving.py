@@ -7,7 +7,9 @@ import numpy as np
 from ..grazing.following import Touching
 from ..grazing.touch import every_touch
 from ..kinds import ContinuationError, LocationStatus, SpecialPointKind
-from ..shooting.branching import born
+from ..shooting.appearing import inserted
+from ..shooting.branching import stepped_out
+from ..shooting.signature_change import admissible_side
 from ..switched import Switched
 from ..tracing import trace
 from .resonant import PERIODS, of_periods
@@ -51,11 +53,11 @@ def curves_from(curve, point, n_max: int):
     if point.kind is K.RESONANT_GRAZING:
         periods = int(point.name[2:])
 
-        def impacting(problem, x):
-            return tuple(filter(None, [born(problem, x, periods)]))
+        def born(problem, x):
+            return impacting(problem, x, periods)
         if periods > n_max:
             return Switched((), f"curves of orbits with one impact in {periods} periods leave here: give n_max = {periods}")
-        found = beside(curve, point, impacting, (K.FOLD, K.PERIOD_DOUBLING))
+        found = beside(curve, point, born, (K.FOLD, K.PERIOD_DOUBLING))
         return found if found or passes(curve, point, periods) else Switched((), (
             f"no motion has one impact in {periods} periods near here: its orbit would go through the stop in between"))
     if point.kind is K.DOUBLE_GRAZING:
@@ -105,6 +107,17 @@ def at(problem, point, kind, x):
     return replace(point, kind=kind, name="", problem=problem, successor=None, x=np.array(x), parameter=float(x[-1]),
                    tangent=np.append(np.zeros(x.size - 1), 1.0), before=problem.signature, after=problem.signature,
                    directions=None, reverses=False)
+
+
+def impacting(problem, x, periods):
+    """Return the orbit with one impact in some periods that is born at a grazing at ``x`` (n + 1,), as a one-tuple or empty."""
+    found = inserted(problem, x, periods)
+    if found is None:
+        return ()
+    new = problem.with_sequence(*found)
+    side = admissible_side(new, new.x0)
+    orbit = None if side is None else stepped_out(new, new.x0, side * new.scale)
+    return () if orbit is None else (orbit,)
 
 
 def beside(curve, point, starts, kinds):

@@ -20,6 +20,8 @@ from ...orbits.shooting.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import Corrected, at_end
 from ..registry import EQUILIBRIA, named
+from .appearing import inserted, parted
+from .vanishing import dropped
 
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
 SMALL = 1e-6  # scaled extent of an orbit that has shrunk onto an equilibrium,
@@ -28,6 +30,7 @@ SLOW, LINGERING = 0.1, 0.1  # of its fastest pace; scaled distance from a saddle
 SECANTS = 30
 SAMPLES = 96  # states of an orbit without events among which its maximum is looked for
 PHASE = 0.381966  # of a period: where an orbit without events begins for a change
+CHANGES = {"listed": dropped, "unlisted": inserted, "leaving": parted}  # by the name of the monitor
 
 
 def written_out(problem, x):
@@ -49,16 +52,6 @@ def changed(change, problem, x, *arguments):
     if found is None or plain is problem:
         return found
     return released(plain, *found)
-
-
-def all_changed(changes, problem, x):
-    """Yield the (signature, x) that ``changes(problem, x)`` yields of the orbit with its period as a number, the period unknown
-    again."""
-    plain, at = written_out(problem, x)
-    if plain is not problem and not plain.sequence.events:
-        at = shifted(plain, at)
-    for found in changes(plain, at):
-        yield found if plain is problem else released(plain, *found)
 
 
 def released(plain, signature, at):

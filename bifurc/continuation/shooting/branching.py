@@ -8,11 +8,11 @@ from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import Corrected, at_end
 from ..steps.branchpoint import other_direction
 from ..switched import Switched
-from .autonomous import all_changed, changed
+from .appearing import inserted
+from .autonomous import changed
 from .signature_change import admissible_side
 from .successor import inside
 from .vanishing import dropped
-from .walk import sequences
 
 SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged; below `ONE` it is its parent
 APART = 1e-3  # of a unit direction, by which the halves come apart along it
@@ -197,22 +197,16 @@ def grazing_orbits(problem, point, n_max: int):
             return ()
         base = problem.with_sequence(*found)
         x = base.x0
-    made = (born(base, x, n) for n in range(1, n_max + 1))
-    return tuple(orbit for orbit in made if orbit is not None)
-
-
-def born(problem, x, periods: int):
-    """Return the orbit of some periods that is born, with one contact more, where the orbit at ``x`` (n + 1,) touches; None where
-    none is."""
-    if periods > 1 and problem.sequence.closure < 0:
-        return None
-    whole, at = problem.repeated(x, periods) if periods > 1 else (problem, x)
-    made = [one for one in all_changed(sequences, whole, at) if one[0].events > whole.sequence.events]
-    fewest = min((signature.events for signature, _ in made), default=0)  # it is born in one of the periods, not in each
-    for signature, start in made:
-        new = problem.with_sequence(signature, start)
-        side = admissible_side(new, new.x0) if signature.events == fewest else None
-        orbit = None if side is None else stepped_out(new, new.x0, side * new.scale)
+    orbits = []
+    for n in range(1, n_max + 1):
+        found = changed(inserted, base, x, n)
+        if found is None:
+            continue
+        new = base.with_sequence(*found)
+        side = admissible_side(new, new.x0)
+        if side is None:
+            continue
+        orbit = stepped_out(new, new.x0, side * new.scale)
         if orbit is not None:
-            return orbit
-    return None
+            orbits.append(orbit)
+    return tuple(orbits)

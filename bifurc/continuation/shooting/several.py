@@ -8,56 +8,40 @@ parameter, counted with the index of their period map, are as many on both sides
 which keeps the index or turns back.  Small changes of the gaps make two passing branches of them, in one of several ways: here
 the way is that in which the orbit with the fewest impacts goes on as the first that it can.
 """
-import collections
+import itertools
 
 import numpy as np
 
 from ...orbits.shooting.sequence import AFTER, GUARD
-from .appearing import NEAR
+from .appearing import NEAR, inserted, touches
 from .successor import cycle, index
-from .vanishing import listed_speeds
-from .walk import located, sequences
+from .vanishing import dropped, listed_speeds
 
 CUT = 0.382  # periods: the phase at which times begin to be put in order, where no symmetry puts a touch
+MOST = 4  # impacts born at once of which the 2^k orbits are looked for
 
 
-def star(problem, point, side_of, known=None):
-    """Return the branches that begin at a boundary ``point`` of ``problem``, where several impacts have no speed; empty where fewer
-    have, or where something else ends as well.
-
-    Parameters
-    ----------
-    problem : OrbitProblem
-    point : Corrected
-    side_of : callable
-        ``side_of(problem, x)``: the unit tangent at ``x`` along which orbits are motions, or None.
-    known : tuple, optional
-        What `walk.located` returns at the point.
-
-    Returns
-    -------
-    list of (OrbitProblem, x, tangent, float)
-        Equations, where they begin, the way in, and the sign of det(1 - M) dp/ds along it; in an order that does not depend on
-        ``problem``.
-    """
-    known = known or located(problem, point.x)
-    if len(known[1]) < 2 or not problem.scene.tables.kick.any():
-        return []
-    branches = []
-    for made in ((problem.sequence, point.x), *sequences(problem, point.x, known)):
-        new = problem.with_sequence(*made)
-        if others(new) != others(problem):
-            return []
-        way = side_of(new, new.x0)
-        if way is not None:
-            branches.append((impacts(new), (new, new.x0, way, index(new, new.x0, way, 1.0))))
-    return [branch for _, branch in sorted(branches, key=lambda item: item[0])]
-
-
-def others(problem) -> collections.Counter:
-    """Return how often every event of a sequence that is no impact is listed."""
-    return collections.Counter(node for node in map(tuple, problem.sequence.nodes[:, :AFTER].tolist())
-                               if node[GUARD] >= 0 and not problem.scene.tables.kick[node])
+def whole(problem, x):
+    """Return (problem, x, slow nodes) with every touch at ``x`` (n + 1,) an impact of no speed; None where fewer than two are, or
+    where something else ends as well."""
+    kick = problem.scene.tables.kick
+    if problem.sequence.clock or not kick.any():
+        return None
+    slow = slow_impacts(problem, x)
+    if len(slow) + len(touches(problem, x)) < 2:
+        return None
+    fewest, at = problem, x
+    if slow:  # a listed impact of no speed is a touch as well: all are looked for where none is listed
+        made = dropped(problem, x)
+        if made is None or made[0].events + len(slow) != problem.sequence.events:
+            return None
+        fewest, at = problem.with_sequence(*made), made[1]
+    touched = touches(fewest, at)
+    if not max(2, len(slow)) <= len(touched) <= MOST or not all(kick[mode, guard] for _, mode, guard, _ in touched):
+        return None
+    full = problem.with_sequence(*inserted(fewest, at))
+    slow = slow_impacts(full, full.x0)
+    return (full, full.x0, slow) if len(slow) == len(touched) else None
 
 
 def slow_impacts(problem, x) -> list[int]:
@@ -67,11 +51,40 @@ def slow_impacts(problem, x) -> list[int]:
             if node[GUARD] >= 0 and kick[tuple(node[:AFTER])] and abs(speed) <= NEAR]
 
 
-def impacts(problem) -> tuple[int, list]:
-    """Return how many impacts of no speed a sequence begins with, and which, in an order of modes, guards and phases."""
-    nodes, times = problem.sequence.nodes, np.ravel(problem.x0)[:-1:1 + problem.scene.ns]
-    slow = sorted((*nodes[k, :AFTER].tolist(), (float(times[k]) - CUT) % 1.0) for k in slow_impacts(problem, problem.x0))
-    return len(slow), slow
+def star(problem, point, side_of):
+    """Return the branches that begin at a boundary ``point`` of ``problem``, where several impacts have no speed; empty where fewer
+    have.
+
+    Parameters
+    ----------
+    problem : OrbitProblem
+    point : Corrected
+    side_of : callable
+        ``side_of(problem, x)``: the unit tangent at ``x`` along which orbits are motions, or None.
+
+    Returns
+    -------
+    list of (OrbitProblem, x, tangent, float)
+        Equations, where they begin, the way in, and the sign of det(1 - M) dp/ds along it; in an order that does not depend on
+        ``problem``.
+    """
+    found = whole(problem, point.x)
+    if found is None:
+        return []
+    full, at, slow = found
+    nodes, times = full.sequence.nodes, np.ravel(at)[:-1:1 + full.scene.ns]
+    slow.sort(key=lambda k: (*nodes[k, :AFTER].tolist(), (float(times[k]) - CUT) % 1.0))
+    branches = []
+    for size in range(len(slow) + 1):
+        for staying in itertools.combinations(slow, size):
+            made = (full.sequence, at) if size == len(slow) else dropped(full, at, staying=frozenset(staying))
+            if made is None:
+                continue
+            new = problem.with_sequence(*made)
+            way = side_of(new, new.x0)
+            if way is not None:
+                branches.append((new, new.x0, way, index(new, new.x0, way, 1.0)))
+    return branches
 
 
 def goes_on(problem, branches):

@@ -8,11 +8,10 @@ One file, because what is constructed, asked of the rule, verified and named at 
 """
 import collections
 import dataclasses
-import logging
+import functools
 import math
 import operator
 from itertools import pairwise
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,21 +24,17 @@ from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TO
 from ...orbits.shooting.signature import since
 from ..kinds import SpecialPointKind, StopReason
 from . import autonomous
-from .appearing import NEAR, SHARP, passed_whole
+from .appearing import NEAR, SHARP, inserted, parted, passed_whole
 from .completion import UNITS, ratio
 from .directions import directions
 from .several import goes_on, star
 from .successor import CREPT, LISTED, SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
-from .walk import located, sequences
-
-_log = logging.getLogger("bifurc.continuation")
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
 ALIKE = 1e-2  # their difference, as part of the way there, that is none
 ONE = 1e-9  # their scaled difference that is none also where the parameter does not move the orbit: it is rounding
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
-NEARLY = 1e-4  # scaled residual where times are known to half the digits
 AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 UNLISTED, LEAVING, MERGES = "unlisted", "leaving", "merges"  # names of monitors
@@ -51,69 +46,28 @@ ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPoi
         EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
 
 
-class Imaged(NamedTuple):
-    """A scene and a sequence of events."""
-
-    scene: Any
-    sequence: Any
-
-
 def through_grazing(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event signature, or a sentence why none goes on.
 
-    What the vanishing measures allow is constructed, of several impacts at once with the index; what simulation does not repeat,
-    and everything else, is left to `successor`.  How each change was served is logged (`bifurc.continuation`).
+    The usual changes of one event are constructed, and those of several impacts at once; what simulation does not repeat, and
+    everything else, is left to `successor`.
     """
     silent = problem.silent(monitor, point.x)
-    answer = built(problem, point, monitor, silent)
-    if answer is not None:
-        _log.debug("%s %s: constructed", monitor.kind, monitor.name)
-        return answer
-    answer, search = successor(problem, point, silent)
-    end = ended(problem, point, monitor, answer, search)
-    _log.debug("%s %s: %s", monitor.kind, monitor.name, "simulated" if end is None else "an end")
-    if end is not None:
-        return end
-    return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
-
-
-def built(problem, point, monitor, silent):
-    """Return the first (problem, x, tangent) that is constructed at a boundary and verified, or None."""
-    known = None if problem.sequence.clock else located(problem, point.x)
-    meeting = [] if known is None or silent or problem.system.symmetry == -1 else star(problem, point, admissible_side, known)
+    meeting = [] if silent or problem.system.symmetry == -1 else star(problem, point, admissible_side)
     answer = goes_on(problem, meeting) if meeting else None
     if answer is not None and verified(problem, point, *answer):
         return answer
     tried = [cycle(problem)]
-    if problem.system.symmetry == -1 and problem.sequence.closure > 0:
-        tried.append(cycle(image(problem)))  # the branch of the mirror images ends there, too: on symmetric motions
-    for found in constructed(problem, point.x, monitor.name, known):
+    for found in constructed(problem, point.x, monitor.name):
         new = problem.with_sequence(*found)
         events = cycle(new)
         if events in tried:
             continue
         tried.append(events)
-        if new.free > problem.free:
-            continue  # what sticks all the time may stand anywhere: where such a family ends is known from its members
-        side = admissible_side(new, new.x0) if may_begin(new) else None
+        side = admissible_side(new, new.x0)
         if side is not None and solves(new, new.x0, side) and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
-    return None
-
-
-def image(problem):
-    """Return scene and sequence of the mirror images of the orbits of a symmetric system."""
-    scene, nodes = problem.scene, problem.sequence.nodes.copy()
-    for node in nodes:
-        before, guard, after = node[:AFTER + 1].tolist()
-        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(after)
-        node[GUARD] = scene.mirror_guard(before, guard) if guard >= 0 else guard
-    return Imaged(scene, dataclasses.replace(problem.sequence, nodes=nodes))
-
-
-def ended(problem, point, monitor, answer, search):
-    """Return the reason for which a branch ends at a boundary, given what simulation finds behind it; None where it goes on, or no
-    reason is known."""
+    answer, search = successor(problem, point, silent)
     lost = search.incomplete if answer is None else loses(problem, answer[0])
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
@@ -121,7 +75,9 @@ def ended(problem, point, monitor, answer, search):
         return StopReason.CHATTERING  # changes of the number of impacts accumulate between here and where it completes
     if answer is None and search.creeps:
         return StopReason.STICKING
-    return StopReason.JUMP if answer is None and jumps(problem, point) else None
+    if answer is None and jumps(problem, point):
+        return StopReason.JUMP
+    return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
 
 
 def loses(problem, other) -> bool:
@@ -139,13 +95,6 @@ def fewer_chatters(problem, x) -> bool:
     near = max(NEAR, min(problem.moved_by_rounding(x, problem.null_tangent(x)), CREPT))
     made = autonomous.changed(dropped, problem, x, near)
     return made is not None and complete_chatters(made[0]) < complete_chatters(problem.sequence)
-
-
-def may_begin(problem) -> bool:
-    """Whether the point at which a sequence was constructed nearly solves its equations: of an interval of no duration yet the row
-    is the leading rate of the guard that ends it, which is zero only where the interval can be born."""
-    residual = problem.residual(problem.x0[:-1], problem.x0[-1])
-    return bool(np.isfinite(residual).all() and np.abs(residual).max() <= NEARLY)
 
 
 def solves(problem, x, tangent) -> bool:
@@ -221,18 +170,21 @@ def nothing(problem, x, ahead) -> float:
     return max(ALIKE * float(np.abs((ahead - x) / problem.scale)[:-1].max()), ONE)
 
 
-def constructed(problem, x, name, known=None):
-    """Yield (signature, x) of the sequences that may go on: those that the instants of vanishing measures (``known``, see
-    `walk.located`) allow, an orbit without events that changes mode as a whole, and a complete chattering that vanishes with all
-    its impacts."""
+def constructed(problem, x, name):
+    """Yield (signature, x) of the usual changes of one event: first of what is zero to rounding alone, since the last but one of a
+    train of impacts is nearly as slow as the last; then of all that is slow."""
     if name == UNLISTED:
         yield from passed_whole(problem, x)
-    yield from sequences(problem, x, known) if known else autonomous.all_changed(sequences, problem, x)
-    if name in (LISTED, CLOSURE) and complete_chatters(problem.sequence):  # the speeds or the rest may be zero first
-        for near in (SHARP, NEAR):
+    for near in (SHARP, NEAR):
+        found = None
+        if name in (LISTED, CLOSURE):  # of a chattering whose impacts all lose their speed either may be zero first
             found = autonomous.changed(dropped, problem, x, near)
-            if found is not None:
-                yield found
+        elif name == UNLISTED:
+            found = autonomous.changed(functools.partial(inserted, near=near), problem, x)
+        elif name == LEAVING and near == NEAR:
+            found = autonomous.changed(parted, problem, x)
+        if found is not None:
+            yield found
 
 
 def admissible_side(problem, x):

@@ -6,8 +6,9 @@ from ...orbits.shooting.signature import Signature, divided, sections
 from .appearing import NEAR
 
 
-def dropped(problem, x, near=NEAR):
-    """Return (signature, x) without the listed events that have lost speed or duration, to ``near`` (scaled)."""
+def dropped(problem, x, near=NEAR, staying=frozenset()):
+    """Return (signature, x) without the listed events that have lost speed or duration, to ``near`` (scaled); the nodes
+    ``staying`` are left in."""
     scene, s = problem.scene, problem.sequence
     size = 1 + scene.ns
     rows = x[:-1].reshape(-1, size)
@@ -15,8 +16,8 @@ def dropped(problem, x, near=NEAR):
     T = problem.equations.numbers_at(x[-1])
     items = [[node[:ENDING].copy(), row.copy(), not T.kick[node[BEFORE], node[GUARD]] if node[GUARD] >= 0 else True]
              for node, row in zip(s.nodes, rows, strict=True)]
-    kept = [item for item, speed in zip(items, speeds, strict=True)
-            if not (item[0][GUARD] >= 0 and not item[2] and speed is not None and abs(speed) <= near)]
+    kept = [item for k, (item, speed) in enumerate(zip(items, speeds, strict=True))
+            if k in staying or not (item[0][GUARD] >= 0 and not item[2] and speed is not None and abs(speed) <= near)]
     changed = len(kept) < len(items)
     if changed and kept:  # impacts that have lost their speed
         join(kept, s)

@@ -125,16 +125,11 @@ class Refusal:
 
     def worst(self, x) -> float:
         """Return the largest scaled margin by which an earlier mode could start at ``x`` (n + 1,); -inf without one."""
-        return max((margin for _, margin in self.margins(x)), default=-np.inf)
-
-    def margins(self, x):
-        """Yield the node of every earlier mode whose rows are at rest at ``x`` (n + 1,), and the scaled margin by which it could
-        start there."""
         e = self.equations
         T = e.numbers_at(x[-1])
         s, U = e.signature.written_out(x[:-1])
         period, size = 2.0 * np.pi / T.flat[0], 1 + e.scene.ns
-        start, P = np.empty(T.A.shape[2]), np.empty((e.scene.ns, T.A.shape[2]))
+        start, P, worst = np.empty(T.A.shape[2]), np.empty((e.scene.ns, T.A.shape[2])), -np.inf
         for one in self.earlier:
             e.motion.start_of(T, s.nodes, U, one.node, P, start)
             e.kernel.forcing(T, U[one.node * size] * period, start)
@@ -142,7 +137,8 @@ class Refusal:
                    for k in range(int(T.n_holds[one.mode]))):
                 beyond = max((self._scaled(T, one.mode, q, start) for q in one.guards), default=-np.inf)
                 relief = self._scaled(T, one.alone[0], one.alone[1], start) if one.alone else np.inf
-                yield one.node, min(-beyond, relief)
+                worst = max(worst, min(-beyond, relief))
+        return worst
 
     def _scaled(self, T, mode, guard, x) -> float:
         """Return the scaled value of a guard at ``x`` (nx,)."""

@@ -4,17 +4,140 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.continuation.shooting import appearing, successor
+from bifurc.continuation.shooting.appearing import inserted, returning
+from bifurc.continuation.shooting.vanishing import dropped
+from bifurc.elements import Coulomb, HarmonicForce
+from bifurc.elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from bifurc.flow.scan import CHATTER, EVENT, GRAZE, PASSED
-from bifurc.orbits.shooting import instants
+from bifurc.orbits.shooting import instants, sequence
 from bifurc.orbits.shooting.sequence import TOGETHER
+from bifurc.orbits.shooting.signature import Signature, divided
+
+from .test_changes import W, touching
 
 
 @pytest.fixture(autouse=True)
 def plain_nodes(monkeypatch):
     """Orders of trivial zeros are none of these tests."""
-    for module in (instants, successor):
+    for module in (appearing, instants, successor):
         monkeypatch.setattr(module, "divided", lambda scene, nodes, *more: np.asarray(nodes, np.int64))
+
+
+# events that begin
+
+class Scene:
+    """Modes 0 to 3; element 0 has guards 0 and 1, element 1 guards 2 and 3; every guard leads to mode 2 or 3."""
+
+    ns = 2
+
+    def __init__(self):
+        self.tables = SimpleNamespace(n_guards=np.full(4, 4), kick=np.zeros((4, 4), int))
+
+    def guard(self, mode, guard):
+        return SimpleNamespace(element=guard // 2)
+
+    def guards_of(self, mode, element):
+        return [2 * element, 2 * element + 1]
+
+    def expand(self, mode, guard):
+        return SimpleNamespace(then=np.tile(np.array([mode, 2, 3, -1]), (4, 4, 1)))
+
+    def forcing(self, t):
+        return np.array([[1.0, np.cos(W * t[0]), np.sin(W * t[0])]])
+
+
+def problem_of(nodes, times, span=1.0, info=()):
+    """Return a problem, its unknowns, and what its monitor says."""
+    def monitor(T, nodes, fixed, span, closure, U, weights, out):
+        for place, value in info:
+            out[place] = value
+    T = SimpleNamespace(flat=np.array([W]), A=np.zeros((4, 2, 5)), n_guards=np.full(4, 4))
+    x = np.append(np.array([[t, 10.0 * k, k] for k, t in enumerate(times)]).ravel(), 7.0)
+    kernel = SimpleNamespace(monitor=monitor, scale_of=lambda row, weights: 1.0)
+    motion = SimpleNamespace(start_of=lambda T, nodes, U, i, P, out: out.__setitem__(slice(None), [100.0 + i, -1.0, 1.0, 1.0, 0.0]))
+    e = SimpleNamespace(numbers_at=lambda p: T, kernel=kernel, weights=np.ones(2), closure=1, motion=motion)
+    s = Signature(np.array(nodes), np.zeros(len(nodes)), span)
+    return SimpleNamespace(scene=Scene(), sequence=s, equations=e, tables_at=lambda p: T, path=SimpleNamespace(tables=T)), x
+
+
+def test_of_several_repetitions_the_first_one_gets_what_touches(monkeypatch):
+    """An orbit of two periods, run through three times: its events two periods later each time, the born one in its place."""
+    problem, x = problem_of([[0, 1, 1, 0, 0], [1, -1, 1, 0, 0], [1, 3, 0, 0, 0]], [0.3, 1.0, 1.6], 2.0)
+    monkeypatch.setattr(appearing, "touches", lambda problem, x, near: [(0.9, 1, 2, np.array([5.0, 6.0]))])
+    monkeypatch.setattr(appearing, "event_nodes", lambda *given: [[1, 2, 3, 0, 0], [3, 3, 1, 0, 0]])
+    signature, at = inserted(problem, x, 3)
+    rows = at[:-1].reshape(-1, 3)
+    assert signature.span == 6.0 and at[-1] == 7.0
+    assert rows[:, 0].tolist() == pytest.approx([0.3, 0.9, 0.9, 1.6, 2.3, 3.6, 4.3, 5.6])  # sections are left out
+    assert signature.nodes[:, 1].tolist() == [1, 2, 3, 3, 1, 3, 1, 3]
+    assert rows[1:3, 1:].tolist() == [[5.0, 6.0]] * 2 and rows[5].tolist() == pytest.approx([3.6, 20.0, 2.0])
+
+
+def test_what_is_held_from_the_start_at_its_limit_is_first_not_held(monkeypatch):
+    """The interval behind node 1 begins in mode 2 on the limit of guard 3: it goes through mode 3 before."""
+    facts = [(sequence.PEAK_SEGMENT, 1), (sequence.PEAK_GUARD, 3), (sequence.PEAK, 1e-10), (sequence.PEAK_TIME, 0.6)]
+    nodes, times = [[0, 1, 1, 0, 0], [1, 2, 2, 0, 0]], [0.2, 0.6]
+    problem, x = problem_of(nodes, times, info=facts)
+    monkeypatch.setattr(appearing, "event_nodes", lambda *given: [[2, 3, 3, 0, 0], [3, 2, 2, 0, 0]])
+    signature, at = appearing.begun_beyond(problem, x)
+    assert signature.nodes.tolist() == [[0, 1, 1, 0, 0], [1, 2, 3, 0, 0], [3, 2, 2, 0, 0]]
+    assert at.tolist() == [0.2, 0.0, 0.0, 0.6, 10.0, 1.0, 0.6, 101.0, -1.0, 7.0]
+    for place, value in ((sequence.PEAK_TIME, 0.61), (sequence.PEAK, 1e-6), (sequence.PEAK_SEGMENT, -1)):
+        other, x = problem_of(nodes, times, info=[*facts, (place, value)])
+        assert appearing.begun_beyond(other, x) is None
+    monkeypatch.setattr(appearing, "event_nodes", lambda *given: [[2, 3, 2, 0, 0]])
+    assert appearing.begun_beyond(problem, x) is None
+
+
+def test_between_the_sides_of_a_reversal_a_mode_is_put_that_leads_on(monkeypatch):
+    """Of the modes that may follow neither side of it counts; the guard that leads back is asked for."""
+    asked = []
+
+    def back(scene, T, mode, guard, middle, after, owner, joined):
+        asked.append((mode, guard, middle, after, owner, joined.tolist()))
+        return 1
+    monkeypatch.setattr(appearing, "returning", back)
+    problem, x = problem_of([[0, 3, 1, 0, 0], [1, 1, 2, 0, 0], [2, 3, 0, 0, 0]], [0.2, 0.6, 0.8], info=[(sequence.LEAVING_AT, 1)])
+    signature, at = appearing.parted(problem, x)
+    assert signature.nodes.tolist() == [[0, 3, 1, 0, 0], [1, 1, 3, 0, 0], [3, 1, 2, 0, 0], [2, 3, 0, 0, 0]]
+    assert at.tolist() == pytest.approx([0.2, 0, 0, 0.6, 10, 1, 0.6, 10, 1, 0.8, 20, 2, 7])
+    angle = 0.6 * 2.0 * np.pi
+    assert len(asked) == 1 and asked[0][:5] == (1, 1, 3, 2, 0)
+    assert asked[0][5] == pytest.approx([10.0, 1.0, 1.0, np.cos(angle), np.sin(angle)])
+    assert appearing.parted(*problem_of([[0, 3, 1, 0, 0]], [0.2], info=[(sequence.LEAVING_AT, -1)])) is None
+
+
+@pytest.mark.parametrize("value, found", [(1e-10, True), (1e-6, False)])
+def test_a_guard_met_at_the_end_of_an_interval_is_put_before_it(value, found, monkeypatch):
+    """Node 1 fires guard 1 of mode 1; guard 0 of its element is zero there too (to rounding): 1 -> 2 -> 3."""
+    problem, x = problem_of([[3, 2, 1, 0, 0], [1, 1, 3, 0, 0]], [0.2, 0.6])
+
+    def gradient(T, mode, guard, joined, row):
+        row[:] = 0.0
+        row[2] = value if (mode, guard) == (1, 0) else 5.0
+    problem.equations.kernel.guard_gradient = gradient
+    monkeypatch.setattr(appearing, "returning", lambda scene, T, mode, guard, other, target, owner, joined: 1 if (
+        mode, guard, other, target, owner) == (1, 0, 2, 3, 0) else None)
+    made = appearing.ended_beyond(problem, x)
+    assert (made is not None) is found
+    if found:
+        assert made[0].nodes.tolist() == [[3, 2, 1, 0, 0], [1, 0, 2, 0, 0], [2, 1, 3, 0, 0]]
+        assert made[1].tolist() == pytest.approx([0.2, 0.0, 0.0, 0.6, 10.0, 1.0, 0.6, 10.0, 1.0, 7.0])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-9])
+def test_a_mode_leads_back_where_its_guard_vanishes_in_any_unit(size):
+    """Slip ends with the load at its top: stick begins to slide back where spring and load pull with the friction, .3."""
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, (HarmonicForce(size), Coulomb(0.3 * size)), omega=W))
+    up, stick, down = (scene.index((scene.keys[0][0], key)) for key in (SLIP_UP, STICK, SLIP_DOWN))
+    for mode, guard in ((up, 0), (stick, 0), (stick, 1)):
+        scene.expand(mode, guard)
+    for place, want in ((1.3, 1), (1.3 + 1e-6, None), (0.7, None), (1.0, None)):
+        assert returning(scene, scene.tables, up, 0, stick, down, 1, np.array([place * size, 0.0, 1.0, 1.0, 0.0])) == want
+    assert returning(scene, scene.tables, down, 0, stick, up, 1, np.array([0.7 * size, 0.0, 1.0, 1.0, 0.0])) == 0
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -38,6 +161,21 @@ def test_all_tops_that_touch_at_once_are_found(count):
     flat = SimpleNamespace(scene=e.scene, motion=e.motion, kernel=SimpleNamespace(
         segment_peak=lambda *a: (0.0, 0.5), guard_value=lambda *a: 0.0))
     assert appearing.tops(flat, None, 0, 0, np.array([0.3, 0.3]), 0.3, 1.0, 0, 1e-7) == [0.5]  # zero over a stretch: one
+
+
+@pytest.mark.parametrize("later", [0.0, 1.0])
+def test_an_orbit_of_two_periods_that_loses_its_last_event_has_one(later):
+    """One impact of no speed in two periods, in the first or the second of them: what is left is the motion at phase zero."""
+    problem, x, P = touching("rigid")
+    T = problem.tables_at(x[-1])
+    signature, at = inserted(problem, x, 2)
+    assert signature.span == 2.0 and len(signature.nodes) == 1
+    signature = Signature(divided(problem.scene, signature.nodes, T), signature.fixed, 2.0)
+    at[0] += later
+    new = problem.with_sequence(signature, at)
+    left, y = dropped(new, new.x0, 1e-5)
+    assert left.span == 1.0 and y[0] == 0.0 and left.nodes[:, 1].tolist() == [-1]
+    np.testing.assert_allclose(y[1:3], [P.real, -W * P.imag], atol=1e-7)
 
 
 # what simulation makes of a motion

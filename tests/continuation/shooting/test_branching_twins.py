@@ -222,6 +222,30 @@ def test_mirror_images_and_crossing_branches_are_tried_to_both_sides(steps, monk
         np.testing.assert_allclose(direction * np.sign(steps.asked[0][2][3]), sign * two * problem.scale)
 
 
+def test_orbits_born_at_a_graze_are_asked_for_each_period_and_on_the_side_that_is_valid(steps, monkeypatch):
+    problem, x = Single(), np.arange(7.0)
+    sides = {1: np.array([0.0, 1.0]), 2: None, 3: np.array([0.0, -1.0])}
+    asked = []
+
+    def changed(how, problem, x, *periods):
+        asked.append((how, problem, x.tolist(), *periods))
+        if how is branching.dropped:
+            return "less", np.array([4.0, 0.5])
+        return None if periods == (4,) else (periods[0], np.array([10.0 * periods[0], 0.5]))
+    monkeypatch.setattr(branching, "changed", changed)
+    monkeypatch.setattr(branching, "admissible_side", lambda new, start: sides[new.sequence])
+    point = SimpleNamespace(x=x, name="")
+    assert branching.grazing_orbits(problem, point, 4) == ("orbit 1", "orbit 2")
+    assert [item[3] for item in asked] == [1, 2, 3, 4] and all(item[1] is problem for item in asked)
+    assert [item[1][0] for item in steps.asked] == [10.0, 30.0]
+    assert [item[2][1] for item in steps.asked] == [1.0, -1.0]
+    asked.clear()
+    point.name = "listed"  # the event that grazes is taken out first
+    assert len(branching.grazing_orbits(problem, point, 1)) == 1
+    assert asked[0][0] is branching.dropped and asked[1][1].sequence == "less" and asked[1][2] == [4.0, 0.5]
+    assert branching.grazing_orbits(problem, point, 0) == ()
+
+
 def test_what_branches_off_is_told_by_the_kind(monkeypatch):
     for name in ("doubled", "symmetry_broken", "crossing"):
         monkeypatch.setattr(branching, name, lambda problem, point, name=name: name)

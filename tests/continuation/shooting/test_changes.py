@@ -7,10 +7,9 @@ import pytest
 import bifurc as bf
 from bifurc.continuation.kinds import SpecialPointKind
 from bifurc.continuation.shooting import signature_change as changes
-from bifurc.continuation.shooting.appearing import touches
+from bifurc.continuation.shooting.appearing import inserted, touches
 from bifurc.continuation.shooting.problem import orbit_problem
 from bifurc.continuation.shooting.vanishing import dropped, listed_speeds
-from bifurc.continuation.shooting.walk import sequences
 from bifurc.elements import ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.shooting.sequence import GUARD
 from bifurc.system import System
@@ -34,15 +33,6 @@ def touching(kind, harmonic=1, above=1e-10):
     assert orbit.success and not orbit.sequence.events
     problem = orbit_problem(orbit, "harmonic_force.amplitude", (0.5 * F, 2.0 * F))
     return problem, problem.x0, P
-
-
-def inserted(problem, x):
-    """Return the sequence with a contact more at every touch: an impact, or contact and separation."""
-    found = touches(problem, x)
-    count = sum(1 if problem.scene.tables.kick[mode, guard] else 2 for _, mode, guard, _ in found)
-    made = [made for made in sequences(problem, x) if made[0].events == problem.sequence.events + count]
-    assert len(made) == 1
-    return made[0]
 
 
 @pytest.mark.parametrize("kind", STOPS)
@@ -99,9 +89,9 @@ def test_the_side_with_impacts_is_that_of_larger_loads_for_a_soft_stop_and_what_
     assert changes.kind_of(problem, changes.UNLISTED, x) is SpecialPointKind.GRAZING
     assert changes.kind_of(new, changes.LISTED, new.x0) is SpecialPointKind.GRAZING
     assert changes.kind_of(problem, changes.LEAVING, x) is SpecialPointKind.STICK_ONSET
-    made = [problem.with_sequence(*found) for found in changes.constructed(problem, x, changes.UNLISTED)]
-    begins = [one for one in made if changes.may_begin(one) and changes.admissible_side(one, one.x0) is not None]
-    assert [one.sequence.key for one in begins] == [new.sequence.key]  # of all that is allowed one is a motion
+    constructed = list(changes.constructed(problem, x, changes.UNLISTED))
+    assert constructed and all(len(s.nodes) == len(new.sequence.nodes) for s, _ in constructed)
+    assert list(changes.constructed(problem, x, changes.MERGES)) == []
 
 
 @pytest.mark.parametrize("kind", STOPS)
