@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..checks import choice, number, vector, whole
+from ..checks import choice, number, vector
 from .element import Element
 from .kinds import EventKind
 from .local import affine, lam, s, u
@@ -57,9 +57,6 @@ class AroundPoint(Element):
         super().__post_init__()
         name = type(self).__name__
         number(name, "radius", self.radius, above=0.0)
-        for place in ("x", "y", "against_x", "against_y"):
-            if getattr(self, place) is not None:
-                whole(name, place, getattr(self, place), least=0)
         if (self.against_x is None) != (self.against_y is None):
             raise ValueError(f"{name}: against_x = {self.against_x!r} and against_y = {self.against_y!r} are not allowed; give "
                              "both degrees of freedom of the second body, or none")

@@ -97,7 +97,10 @@ class Grid:
 
         ``offset`` (scalar or d numbers in 0 .. 1) is the place in the cell: 0.5 its centre.
         """
-        cells = np.asarray(cells)
+        try:
+            cells = np.asarray(cells)
+        except ValueError:  # ragged
+            raise refused("Grid.points", "cells", cells, f"numbers of cells, 0 to {self.size - 1}") from None
         if cells.dtype.kind not in "iu" or cells.size and not 0 <= cells.min() <= cells.max() < self.size:
             raise refused("Grid.points", "cells", cells, f"numbers of cells, 0 to {self.size - 1}")
         where = np.stack(np.unravel_index(cells, self.shape), axis=-1)

@@ -739,7 +739,7 @@ def means(case: Case, name: str, kind: str, value) -> bool:
     if name in ("x0", "guess"):
         return isinstance(value, tuple) and value == (1.0,) and case.name != "find_orbit"
     if name == "periodic":
-        return isinstance(value, list | np.ndarray) and np.size(value) == 0
+        return value.size == 0 if isinstance(value, np.ndarray) else isinstance(value, list) and not value
     if name == "at":  # components are looked up when a system is known
         return isinstance(value, dict) and "q7" in value
     return name == "element" and isinstance(value, str) and value == "x"
