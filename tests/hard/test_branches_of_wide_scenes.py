@@ -48,7 +48,8 @@ def audited(seed):
     slow(10028, id="a slider that stops just before an impact drives it on: the second time is the square of the first"),
     slow(12025, id="equations that are singular on the boundary where a slip begins: no branch point is beside it"),
     pytest.param(14019, id="half a period whose equations begin a little farther beyond than those of the whole one",
-                 marks=[pytest.mark.slow, pytest.mark.xfail(strict=False, reason="on some processors the way from below ends early")]),
+                 marks=[pytest.mark.slow,
+                        pytest.mark.xfail(strict=False, reason="on some processors the way from below ends early")]),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):
