@@ -12,7 +12,8 @@ from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
 from bifurc.elements import ConstantForce, HarmonicForce, Jenkins, RigidStop
 from bifurc.flow.affine import engine, event_free
-from bifurc.flow.dense import FAR, sample
+from bifurc.flow.affine.engine import FAR
+from bifurc.flow.dense import sample
 from bifurc.flow.rule import jump
 from bifurc.flow.saltation import joined as with_it
 from bifurc.flow.saltation import order_gap, saltation
