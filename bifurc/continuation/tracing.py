@@ -12,7 +12,7 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from ..checks import checked, choice, of, switch
+from ..checks import checked, choice, of
 from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
@@ -102,11 +102,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     ['bound', 'bound']
     """
     low, high = ordered_bounds(bounds)
-    switch("trace", "progress", progress)
     problem = with_monitors(with_peaks(problem_of(start, parameter, bounds), peaks), monitors)
     options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None, audit)
-    if direction not in (None, 1, -1):
-        raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
     p0 = float(problem.x0[-1])
     if not low - KNOWN * abs(p0) <= p0 <= high + KNOWN * abs(p0):
         raise ValueError(f"the start has {problem.parameter} = {p0:.12g}, outside the bounds ({low:.12g}, {high:.12g})")

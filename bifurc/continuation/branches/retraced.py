@@ -64,13 +64,18 @@ def feet(x, a, b, da, db):
     chord, off = b - a, np.zeros(len(x))
     t = np.clip((np.einsum("ij,ij->i", x - a, chord) / np.einsum("ij,ij->i", chord, chord))[:, None], 0.0, 1.0)
     for last in (False,) * FEET + (True,):
-        away = x - a - t * t * (3.0 - 2.0 * t) * chord - t * (1.0 - t) * ((1.0 - t) * da - t * db)
+        away = x - on_cubic(t, a, b, da, db)
         rate = 6.0 * t * (1.0 - t) * chord + (1.0 - t) * (1.0 - 3.0 * t) * da + t * (3.0 * t - 2.0) * db
         along, size = np.einsum("ij,ij->i", away, rate), np.einsum("ij,ij->i", rate, rate)
         off = np.abs(along) / np.sqrt(size)
         if not last:
             t = np.clip(t + (along / size)[:, None], 0.0, 1.0)
     return t[:, 0], np.linalg.norm(away, axis=1), off
+
+
+def on_cubic(t, a, b, da, db):
+    """Return the place at ``t`` of a cubic curve from ``a`` to ``b`` with the derivatives ``da``, ``db`` there."""
+    return a + t * t * (3.0 - 2.0 * t) * (b - a) + t * (1.0 - t) * ((1.0 - t) * da - t * db)
 
 
 def repeats(branch, arrays, row, start, t) -> bool:
@@ -80,7 +85,7 @@ def repeats(branch, arrays, row, start, t) -> bool:
     here, a, b = (slice(*offsets[k:k + 2]) for k in (row, start, start + 1))
     x, tangent, length = arrays["x"], arrays["tangent"], arrays["s"][start + 1] - arrays["s"][start]
     da, db = (length * problem.scale * tangent[end] for end in (a, b))
-    place = x[a] + t * t * (3.0 - 2.0 * t) * (x[b] - x[a]) + t * (1.0 - t) * ((1.0 - t) * da - t * db)
+    place = on_cubic(t, x[a], x[b], da, db)
     plane = tangent[here]
     place = place + float((x[here] - place) / problem.scale @ plane) * problem.scale * plane  # the plane through the row
     try:
