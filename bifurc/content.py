@@ -62,6 +62,14 @@ def handed_out(*names: str) -> Callable[[Any], Any]:
     return dressed
 
 
+def by_content(kind: Any) -> Any:
+    """Make a named tuple equal and hashed by its content: the decorator of those that hold arrays."""
+    kind.__eq__ = lambda self, other: type(other) is kind and alike(tuple(self), tuple(other))
+    kind.__ne__ = lambda self, other: not self == other
+    kind.__hash__ = lambda self: digest(tuple(self))
+    return kind
+
+
 @functools.cache  # one entry a class
 def _array_fields(kind: Any) -> tuple[str, ...]:
     return tuple(item.name for item in dataclasses.fields(kind)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.basins.cells.cell_map import Absorption
 from bifurc.content import Content, alike, digest, read_only
 from bifurc.elements import DelayedFeedback, HarmonicForce
 from tests.reference.beam import beam
@@ -184,3 +185,9 @@ def test_every_frozen_class_with_arrays_is_known_by_its_content():
     inner = {key for key in frozen if key[0] in INNER or key[0][0] == "_"}
     assert not sorted(key for key in frozen if not known(key) and key not in inner)
     assert not [key for key, words in frozen.items() if known(key) and "eq=False" not in words]
+
+
+def test_named_tuples_of_arrays_are_told_apart_by_content():
+    one, same, other = (Absorption(*(np.full(2, value) for value in (0.5, 0.25, np.nan, last))) for last in (1.0, 1.0, 2.0))
+    assert one == same and hash(one) == hash(same) and not one != same
+    assert one != other and not one == other and one != tuple(one)

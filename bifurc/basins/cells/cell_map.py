@@ -13,7 +13,7 @@ from scipy.stats import beta
 from ... import io, plotting
 from ...checks import COUNT, checked, whole
 from ...compose.scene import scene_of
-from ...content import Content, alike, digest
+from ...content import Content, by_content
 from ...ensemble.grid import Grid
 from ...enumerations import DescribedEnum
 from ...notebook import Notebook
@@ -55,6 +55,7 @@ class CellFate(DescribedEnum):
         return list(CellFate).index(self)
 
 
+@by_content
 class Group(NamedTuple):
     """A closed group of cells: a cycle of a simple, a persistent group of a generalized map."""
 
@@ -62,12 +63,6 @@ class Group(NamedTuple):
     kind: GroupKind
     period: int  # in mappings
     attractor: int  # the attractor that its motion reaches, -1: none confirmed
-
-    def __eq__(self, other: object) -> bool:
-        return type(other) is Group and alike(tuple(self), tuple(other))
-
-    def __hash__(self) -> int:
-        return digest(tuple(self))
 
 
 class Audit(NamedTuple):
@@ -90,6 +85,7 @@ class Audit(NamedTuple):
         return float(low), float(high)
 
 
+@by_content
 class Absorption(NamedTuple):
     """Where a Markov chain of cells ends."""
 
@@ -97,12 +93,6 @@ class Absorption(NamedTuple):
     unresolved: np.ndarray  # (*shape,) of ending in a group with no confirmed attractor
     left: np.ndarray  # (*shape,) of leaving the grid
     time: np.ndarray  # (*shape,) expected forcing periods until then
-
-    def __eq__(self, other: object) -> bool:
-        return type(other) is Absorption and alike(tuple(self), tuple(other))
-
-    def __hash__(self) -> int:
-        return digest(tuple(self))
 
 
 @dataclass(frozen=True, eq=False)
