@@ -12,7 +12,7 @@ from .engine import field
 from .gauss import NODES
 from .guards import FITTED, TIGHT, ZERO, fitted, guard_and_gradient, guard_terms, longest_fit
 
-ENGINE = ("inside", "hidden", "blurred")
+ENGINE = ("inside", "hidden")
 HIGHEST_ORDER = 5  # of a zero that the series tells
 
 
@@ -151,8 +151,3 @@ def hidden(T, m, g, x):
     for r in range(rows):
         noise += TIGHT * abs(T.LG[m, g, r] * local[2, r, 0])
     return abs(value) <= noise
-
-
-@njit
-def blurred(T, m, x, scale):
-    """Raise ``scale`` (nx,), see `rule.sizes`, to what a flight in mode ``m`` adds up beyond a step of the tables: here nothing."""
