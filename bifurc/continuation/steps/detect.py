@@ -493,7 +493,8 @@ def error_behind(special, bound, first) -> float:
     begin there with the row ``first``.
 
     Equations may be singular on their boundary, as where several events end at once, and those behind it not: what is known
-    better counts.  Two that contradict each other are off by as much.
+    better counts.  Two that contradict each other are off by as much; they do not where the test behind, which may be flat there,
+    is zero to rounding at the parameter of the boundary, too.
     """
     part, own = first.part, float(bound)
     if part.problem.free > special.part.problem.free:  # one of many motions: each has its own place
@@ -510,10 +511,19 @@ def error_behind(special, bound, first) -> float:
     except part.problem.errors:
         return own
     apart = abs(float(root.point.x[-1] - special.x[-1]))
-    known = min(own, apart + behind) if apart <= own + behind else apart + behind
+    known = min(own, apart + behind) if apart <= own + behind or zero_there(special, part, root, curve) else apart + behind
     # what neither side lists, as the last impacts of a complete chattering, both may not see
     return max(known, *(problem.uncertainty(c.x, c.tangent) for problem, c in (
         (special.part.problem, special.corrected), (part.problem, root.point))))
+
+
+def zero_there(special, part, root, curve) -> bool:
+    """Whether the test behind a boundary is zero to its rounding at the parameter of the boundary as well as at its own ``root``."""
+    rate = float(part.scale[-1] * root.point.tangent[-1]) * curve.length
+    if not abs(rate) > 0.0:
+        return False
+    made = curve.test(part.born)(root.at + float(special.x[-1] - root.point.x[-1]) / rate)
+    return made is not None and abs(made[0]) <= part.problem.test_uncertainty(made[1])
 
 
 def row_ahead(first):
