@@ -316,6 +316,7 @@ def begin_on_boundary(half):
     for j, change in zip(here, changes, strict=True):
         if not abs(change) > TELLS:
             continue
+        half.edge = max(half.edge, abs(row.tests[j] / change) * aside)  # what counts as zero may be as far from it as this
         if change < 0.0 and not (row.tests[j] > ON_BOUNDARY and silent(row, j)):  # there other equations are valid both ways
             half.signs[j] = -1
             continue

@@ -52,13 +52,13 @@ def serve(what: Any, parameter: str | None = None, bounds: Sequence[float] | Non
     >>> from bifurc.explore import serve
     >>> serve(bf.systems.impact_oscillator(), bounds=(0.5, 2.0))     # doctest: +SKIP
     """
+    first = of_system(what, parameter, bounds, window) if isinstance(what, System) else of_result(what, path)
     try:
         from .server import Explorer  # bokeh is optional
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(f"the explorer needs bokeh ({error}): python -m pip install 'bifurc[explore]'") from error
     from .desk import Desk  # bokeh is optional
 
-    first = of_system(what, parameter, bounds, window) if isinstance(what, System) else of_result(what, path)
     logging.getLogger("bokeh").setLevel(logging.ERROR)  # a page that is closed is no news
     explorer = Explorer(Desk(first, out, workers))
     say(f"explorer: {explorer.url}\n(opens once; Ctrl-C ends it)")

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
-from ..checks import DRAWN, array, checked, flag, many, of
+from ..checks import ALL_DRAWN, DRAWN, array, checked, flag, of
 from . import style
 
 _DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
@@ -81,7 +81,7 @@ def _mark_proved(ax: Axes, branch: Any, certificate: Any, measure: str, at_point
                     markeredgecolor=style.GREEN, markeredgewidth=1.2, zorder=4)
 
 
-@checked(branches=of(many, of=DRAWN))
+@checked(branches=ALL_DRAWN)
 def plot_branches(branches: Iterable[Any], ax: Axes | None = None, measure: str | None = None) -> Axes:
     """Draw several branches of one parameter on the same axes; see `plot_branch`."""
     branches = list(branches)

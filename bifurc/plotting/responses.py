@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..checks import DRAWN, array, checked, like, many, mapping, of, word
+from ..checks import ALL_DRAWN, array, checked, like, mapping, of, word
 from . import style
 
 _LINES = ("-", (0, (5, 1.5)))  # of the variants in a picture of peaks
 
 
 @style.styled
-@checked(branches=of(many, of=DRAWN), name=word, curve=like("a ParameterCurve", "column"), measured=of(array, axes=(2,)))
+@checked(branches=ALL_DRAWN, name=word, curve=like("a ParameterCurve", "column"), measured=of(array, axes=(2,)))
 def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, ax: Axes | None = None, measure: str = "max_0",
                    curve: Any = None, measured: np.ndarray | None = None) -> Axes:
     """Draw branches over their parameter, one a value of a second parameter, with their peaks and the curve through them.

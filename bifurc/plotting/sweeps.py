@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from ..checks import SET, checked, like
+from ..checks import ALL_DRAWN, SET, checked, like
 from . import style
 from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
@@ -20,7 +20,7 @@ _FIELDS = {"periods": "period of the motion most starts reach", "impacts": "impa
 
 
 @style.styled
-@checked(sweep=like("a Sweep", "tracks", "fractions"))
+@checked(sweep=like("a Sweep", "tracks", "fractions"), branches=ALL_DRAWN)
 def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequence[Any] = (),
                measure: str = "rms_0") -> Sequence[Axes]:
     """Draw the attractors of a sweep on the branches of `trace`, above the share of the starts that each attracts.
@@ -103,7 +103,7 @@ def _family(tracks: Sequence[Any]) -> str:
 
 
 @style.styled
-@checked(ramp=like("a Ramp", "maximum", "directions"))
+@checked(ramp=like("a Ramp", "maximum", "directions"), branches=ALL_DRAWN)
 def plot_ramp(ramp: Any, ax: Axes | None = None, measure: str = "max_0", branches: Sequence[Any] = ()) -> Axes:
     """Draw the largest or least displacement of a motion while a parameter runs up and down, and where it jumps.
 
@@ -142,7 +142,7 @@ def plot_ramp(ramp: Any, ax: Axes | None = None, measure: str = "max_0", branche
 
 
 @style.styled
-@checked(diagram=like("a BifurcationDiagram", "points", "directions"))
+@checked(diagram=like("a BifurcationDiagram", "points", "directions"), branches=ALL_DRAWN)
 def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branches: Sequence[Any] = ()) -> Axes:
     """Draw a component of the section points over the parameter: up in one colour, down in another.
 
@@ -181,7 +181,7 @@ def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branc
 
 
 @style.styled
-@checked(chart=like("a ParameterChart", "periods", "values"))
+@checked(chart=like("a ParameterChart", "parameters", "values"))
 def plot_chart(chart: Any, ax: Axes | None = None, field: str = "periods") -> Axes:
     """Draw one field of a chart over its two parameters.
 

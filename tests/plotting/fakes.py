@@ -172,4 +172,4 @@ def basins() -> FakeMap:
 
 def branch_without() -> SimpleNamespace:
     """A branch without any column that a diagram of states shows."""
-    return SimpleNamespace(column_names=("s", "omega"))
+    return SimpleNamespace(column_names=("s", "omega"), parameter="omega", special_points=(), column={}.__getitem__)

@@ -518,7 +518,7 @@ def error_behind(special, bound, first) -> float:
 
 
 def zero_there(special, part, root, curve) -> bool:
-    """Whether the test behind a boundary is zero to its rounding at the parameter of the boundary as well as at its own ``root``."""
+    """Whether the test behind a boundary is zero to its rounding at the parameter of the boundary, as at its own ``root``."""
     rate = float(part.scale[-1] * root.point.tangent[-1]) * curve.length
     if not abs(rate) > 0.0:
         return False

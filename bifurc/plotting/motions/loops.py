@@ -42,7 +42,7 @@ def plot_loop(loop: Any, ax: Axes | None = None, samples: int = 1440, **options)
 
 
 @style.styled
-@checked(loop=like("a loop of hysteresis(...)", "sample", "sliders"))
+@checked(loop=like("a loop of hysteresis(...)", "sample", "pieces", "omega"))
 def plot_states(loop: Any, ax: Axes | None = None, samples: int = 1440) -> Axes:
     """Draw force and displacement (dashed, scaled) over one period; what one contact does shades the background.
 
