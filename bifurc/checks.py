@@ -6,6 +6,7 @@ everywhere; a verb writes only what is special about it.  What needs more than t
 a system, a label among those of a map) is checked where it is known.
 """
 import functools
+import itertools
 import math
 import numbers
 import os
@@ -39,17 +40,30 @@ def scalar(value):
 
 
 def is_real(value) -> bool:
-    """Return whether a value is a real number; True and False are none."""
-    return type(value) is float or isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_))
+    """Return whether a value is a real number; True and False are none, nor is a span of time."""
+    return type(value) is float or isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_, np.timedelta64))
+
+
+def _flagged(value) -> bool:
+    """Return whether True or False stands in lists of numbers, where numpy reads 1 and 0."""
+    if isinstance(value, list | tuple):
+        return any(type(item) is not float and _flagged(item) for item in value)
+    return isinstance(value, bool) or getattr(value, "dtype", None) == np.dtype(bool)
+
+
+def plain_text(value: str) -> str:
+    """Return a text of any class as Python's own, which compares as texts do."""
+    return value if type(value) is str else str.__str__(value)
 
 
 def floats(value) -> np.ndarray | None:
-    """Return real numbers of any shape as a new float array; None where anything else is among them (words, True, None)."""
+    """Return real numbers of any shape as a new float array; None where else is among them (words, True, None, masked ones)."""
     if isinstance(value, bytes | bytearray | memoryview):
         return None
     try:
         given = np.asarray(value)
-        if given.dtype.kind in "iuf" or given.dtype.kind == "O" and all(map(is_real, given.flat)):
+        if (given.dtype.kind in "iuf" or given.dtype.kind == "O" and all(map(is_real, given.flat))) and not (
+                _flagged(value) or isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any()):
             return np.array(given, float)
     except Exception:  # ragged, too large, or what the conversion of a foreign class raises
         return None
@@ -78,7 +92,7 @@ def number(owner: str, name: str, value, *, least: float | None = None, above: f
 def whole(owner: str, name: str, value, *, least: int | None = None, most: int | None = None) -> int:
     """Return ``value`` as an int, or raise ValueError unless it is a whole number within the limits."""
     plain = value if type(value) is int else scalar(value)
-    good = type(plain) is int or (isinstance(plain, numbers.Integral) and not isinstance(plain, (bool, np.bool_)))
+    good = type(plain) is int or isinstance(plain, numbers.Integral) and is_real(plain)
     if not good or plain < (-LARGEST if least is None else least) or plain > (LARGEST if most is None else most):
         limits = " and ".join([f"at least {least}"] * (least is not None) + [f"at most {most}"] * (most is not None))
         raise refused(owner, name, value, f"a whole number{', ' * bool(limits)}{limits}")
@@ -89,8 +103,9 @@ def choice(owner: str, name: str, value, allowed: tuple):
     """Return that of ``allowed`` which ``value`` equals, else raise ValueError."""
     plain = scalar(value)
     if plain is None or isinstance(plain, str) or is_real(plain):
+        told = plain_text(plain) if isinstance(plain, str) else plain
         for item in allowed:
-            if item == plain:
+            if item == told:
                 return item
     raise refused(owner, name, value, f"one of {', '.join(map(repr, allowed))}")
 
@@ -98,7 +113,8 @@ def choice(owner: str, name: str, value, allowed: tuple):
 def several(owner: str, name: str, value, *, allowed: tuple[str, ...]) -> tuple[str, ...]:
     """Return one word, or a list of words, as a tuple of different ones of ``allowed``, else raise ValueError."""
     found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
-    if not found or not all(isinstance(item, str) and item in allowed for item in found) or len(set(found)) < len(found):
+    found = tuple(plain_text(item) if isinstance(item, str) else "" for item in found)
+    if not found or not set(found) <= set(allowed) or len(set(found)) < len(found):
         raise refused(owner, name, value, f"{', '.join(map(repr, allowed))}, or {'both' if len(allowed) == 2 else 'several'}")
     return found
 
@@ -119,7 +135,7 @@ def state(name: str, value, sizes: tuple[int, ...]) -> np.ndarray:
 def switch(owner: str, name: str, value):
     """Return ``value`` when it is True, False, None or a function (as ``progress=`` takes it), else raise ValueError."""
     plain = scalar(value)
-    if value is None or callable(value):
+    if value is None or callable(value) and not isinstance(value, type):
         return value
     if isinstance(plain, bool | np.bool_):
         return bool(plain)
@@ -138,7 +154,7 @@ def word(owner: str, name: str, value) -> str:
     """Return ``value`` when it is a text that is not empty, else raise ValueError."""
     if not isinstance(value, str) or not value:
         raise refused(owner, name, value, "a name, in quotes")
-    return value
+    return plain_text(value)
 
 
 def path(owner: str, name: str, value):
@@ -152,18 +168,18 @@ def path(owner: str, name: str, value):
     return value
 
 
-def function(owner: str, name: str, value):
-    """Return ``value`` when it can be called, else raise ValueError."""
-    if callable(value):
+def function(owner: str, name: str, value, *, classes: bool = False):
+    """Return ``value`` when it can be called, else raise ValueError; a class is no function, where it is not asked for."""
+    if callable(value) and (classes or not isinstance(value, type)):
         return value
-    raise refused(owner, name, value, "a function")
+    raise refused(owner, name, value, "a class or a function" if classes else "a function")
 
 
 def text(owner: str, name: str, value) -> str:
     """Return ``value`` when it is a text, empty or not, else raise ValueError."""
     if not isinstance(value, str):
         raise refused(owner, name, value, "a text")
-    return value
+    return plain_text(value)
 
 
 def mapping(owner: str, name: str, value):
@@ -197,12 +213,18 @@ def pair(owner: str, name: str, value) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
+def listed(value) -> list | None:
+    """Return what stands in a list, or in what can be gone through; None for sets, which have no order, and without an end."""
+    try:
+        items = None if isinstance(value, NO_LIST) else list(itertools.islice(value, MOST + 1))
+    except Exception:  # no list, or what a foreign class raises
+        return None
+    return None if items is None or len(items) > MOST else items
+
+
 def many(owner: str, name: str, value, *, of: Kind, count: int | None = None) -> list:
     """Return a list of what is of one kind, else raise ValueError."""
-    try:
-        items = None if isinstance(value, Mapping | str | bytes | bytearray | memoryview) else list(value)
-    except Exception:  # no list, or what a foreign class raises
-        items = None
+    items = listed(value)
     if items is None or count is not None and len(items) != count:
         raise refused(owner, name, value, f"a list{'' if count is None else f' of {count}'}")
     return [of(owner, f"{name}[{i}]", item) for i, item in enumerate(items)]
@@ -246,9 +268,10 @@ def like(allowed: str, *names: str) -> Kind:
 
 
 def executor(owner: str, name: str, value):
-    """Return ``value`` when chunks of work can be handed to it, else raise ValueError."""
-    return value if callable(value) else like("a concurrent.futures.Executor (or have its submit), a dask.distributed.Client, a "
-                                              "function that makes one, or None for threads", "submit")(owner, name, value)
+    """Return ``value`` when chunks of work can be handed to it or to what it makes, else raise ValueError."""
+    if callable(value) and not isinstance(value, type) or isinstance(value, type) and hasattr(value, "submit"):
+        return value
+    return like(EXECUTOR, "submit")(owner, name, value)
 
 
 def of(kind: Callable, **limits) -> Kind:
@@ -293,6 +316,10 @@ def checked(**special: Kind | None) -> Callable[[F], F]:
 
 
 NOTHING = object()
+EXECUTOR = ("a concurrent.futures.Executor (or have its submit), a dask.distributed.Client, a function that makes one, or None for "
+            "threads")
+NO_LIST = Mapping | set | frozenset | str | bytes | bytearray | memoryview | np.generic
+MOST = 10**6  # of a list of things
 LARGEST = 10**12  # a count beyond it is a mistake; what is made of it must fit the integers of compiled loops
 
 SYSTEM = instance("bifurc.system:System", "a System, such as bifurc.systems.impact_oscillator(omega=0.6)")
@@ -329,7 +356,7 @@ RATIO = of(number, least=0.0)
 KINDS: dict[str, Kind] = {name: kind for kind, names in (
     (SYSTEM, "system"), (ORBIT, "orbit"), (BRANCH, "branch"), (POINT, "point"), (GRID, "grid"), (SECTION, "section"),
     (BASINS, "basins"), (EDGE, "edge"), (METHOD, "method"), (MOTION, "motion"), (AXES, "ax"), (of(many, of=AXES, count=2), "axes"),
-    (of(many, of=BRANCH), "branches"), (of(many, of=function), "elements"),
+    (of(many, of=BRANCH), "branches"), (of(many, of=of(function, classes=True)), "elements"),
     (word, "parameter second measure field element of past"),
     (number, "value gain t0 amplitude energy"), (POSITIVE, "ds ds_max ds_min distance period gap low high"),
     (of(number, above=0.0, most=0.1), "tolerance"), (pair, "bounds"), (array, "values"),

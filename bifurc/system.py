@@ -163,7 +163,7 @@ class System:
     @checked()
     def dof(self, name: Any) -> int:
         """Return the number of a degree of freedom given by name, or by pair (node, direction)."""
-        return place_of(name, self.dofs, self.n)
+        return place_of(name, self.dofs, self.n, "System.dof", "name")
 
     def recover(self, y: np.ndarray) -> np.ndarray:
         """Return states (..., 2 N) in all coordinates of the full model from states (..., ns) of a reduced one.
@@ -498,6 +498,16 @@ def _plain(value):
 def _short(value) -> str:
     """Return a float in few digits, anything else as it is."""
     return f"{value:g}" if isinstance(value, float) else repr(value)
+
+
+def require_values(system: System, argument: str, name: str, values) -> None:
+    """Raise ValueError, naming the argument that gave them, unless a system can have each of some values of a parameter."""
+    system.parameter(name)
+    for value in values:
+        try:
+            system.with_parameters(**{name: float(value)})
+        except ValueError as error:  # the builder's own words
+            raise ValueError(f"{argument}: {value!r} is not allowed; {error}") from None
 
 
 def require_system(value) -> System:

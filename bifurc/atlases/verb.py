@@ -11,7 +11,7 @@ from ..ensemble.region import Region
 from ..jobs.executors import check_executor, user_parts
 from ..jobs.resumable import replaceable
 from ..jobs.store import ChunkStore, finished
-from ..system import System
+from ..system import System, require_values
 from .result import Atlas
 from .search import Search
 
@@ -93,6 +93,7 @@ def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mappin
     low, high = ordered_bounds(bounds)
     if not np.isfinite([low, high]).all():
         raise ValueError(f"bounds = {bounds!r} is not allowed; an atlas needs two finite numbers")
+    require_values(system, "bounds", parameter, (low, high))
     box = Region(region, at)
     for value in (low, high):
         box.starts(scene_of(system.with_parameters(**{parameter: value})), 1, 0)

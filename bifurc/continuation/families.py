@@ -11,6 +11,7 @@ import numpy as np
 
 from ..compose.scene import beside
 from ..orbits.shooting.path import CHECKS, DEGREES, NOISE, PAD, ROUNDING, TOLERANCE, ParameterPath, fitted, noise
+from ..system import require_values
 from .conditions import finite_scale
 
 PLACES = ((-0.95, 0.211), (-0.187, -0.97), (0.417, -0.437), (0.975, 0.655))  # in [-1, 1]^2, where a product of series is checked
@@ -214,8 +215,7 @@ def orbit_family(problem, name, bounds):
     low, high = bounds
     if not (math.isfinite(low) and math.isfinite(high)):
         raise ValueError(f"bounds of {name!r} must be finite, got {bounds!r}")
-    for end in bounds:
-        system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+    require_values(system, "bounds", name, bounds)
 
     def sample(a, b):
         return scene.flat_of(system.with_parameters(**{first: float(a), name: float(b)}))

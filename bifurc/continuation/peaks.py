@@ -1,6 +1,7 @@
 """Peaks of a response as special points: zeros of the derivative of a measure along the branch, located and not sampled."""
 import numpy as np
 
+from ..checks import either, many, of, word
 from .conditions import measure_gradient, null_vector
 from .kinds import SpecialPointKind
 from .problem import Monitor
@@ -67,9 +68,9 @@ def with_peaks(problem, peaks):
 
 def checked_peaks(peaks, measures) -> tuple[str, ...]:
     """Return the names of ``peaks`` (None, a name, or several), or raise ValueError: amplitudes among ``measures``."""
-    if peaks is not None and not isinstance(peaks, str | list | tuple):
-        raise ValueError(f"peaks = {peaks!r} is not allowed; it must be the name of a measure, or several")
-    names = () if peaks is None else ((peaks,) if isinstance(peaks, str) else tuple(peaks))
+    kind = either(word, of(many, of=word), allowed="the name of a measure, or several")
+    found = () if peaks is None else kind("", "peaks", peaks)
+    names = (found,) if isinstance(found, str) else tuple(found)
     good = [key for key in measures if key not in UNORDERED and not key.startswith("multiplier")]
     for name in names:
         if name not in good:

@@ -2,7 +2,7 @@
 import math
 from dataclasses import dataclass
 
-from ..checks import number
+from ..checks import number, whole
 from .element import Element
 from .mode import Law, Mode
 from .site import Rows
@@ -120,6 +120,8 @@ class OilFilm(Element):
     def __post_init__(self):
         super().__post_init__()
         number(type(self).__name__, "size", self.size, above=0.0)
+        whole(type(self).__name__, "x", self.x, least=0)
+        whole(type(self).__name__, "y", self.y, least=0)
 
     def site(self, n):
         """Return the rows of the journal."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import checked, flag, floats, function, number, vector, whole, word
+from ..checks import checked, flag, floats, function, number, refused, vector, whole, word
 from .atrow import AtRow
 from .element import Element
 from .local import s, u
@@ -155,6 +155,9 @@ class Force(Element):
         rows = None if isinstance(site, str) else floats(site)
         where = site if isinstance(site, str) else whole("Force", "site", site, least=0) if rows is None or rows.ndim == 0 else \
             _tuples(rows)
+        if rows is not None and rows.ndim and not (rows.ndim < 3 and rows.size and np.isfinite(rows).all()
+                                                   and rows.any(axis=-1).all()):
+            raise refused("Force", "site", site, "a degree of freedom or its name, or rows of finite factors, none all zero")
         count = 1 if np.ndim(where) < 2 else np.shape(where)[0]
         names = list(inspect.signature(law).parameters)[2 * count:]
         if set(names) != set(parameters):

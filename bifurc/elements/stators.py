@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..checks import choice, number, vector
+from ..checks import choice, number, vector, whole
 from .element import Element
 from .kinds import EventKind
 from .local import affine, lam, s, u
@@ -57,6 +57,8 @@ class AroundPoint(Element):
         super().__post_init__()
         name = type(self).__name__
         number(name, "radius", self.radius, above=0.0)
+        for field in ("x", "y", *("against_x", "against_y") * (self.against_x is not None and self.against_y is not None)):
+            whole(name, field, getattr(self, field), least=0)
         if (self.against_x is None) != (self.against_y is None):
             raise ValueError(f"{name}: against_x = {self.against_x!r} and against_y = {self.against_y!r} are not allowed; give "
                              "both degrees of freedom of the second body, or none")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import array, checked, many, number, of, refused, whole, word
+from ..checks import array, checked, floats, listed, many, number, of, refused, whole, word
 
 SHARE = 0.5  # of the machine's memory that a grid may need
 
@@ -61,10 +61,12 @@ class Grid:
         sides = [_side(name, value) for name, value in ranges.items()]
         fixed = {}
         for name, value in (at or {}).items():
-            _named(name)
+            _named(name, "Grid: at")
             if name in ranges:
                 raise ValueError(f"Grid: at = {dict(at or {})!r} fixes {name}, which the grid runs over")
             fixed[name] = number("Grid", f"at[{name!r}]", value)
+        if not isinstance(periodic, str | list | tuple | np.ndarray):
+            raise refused("Grid", "periodic", periodic, "the name of a component that the grid runs over, or a list of them")
         wraps = (periodic,) if isinstance(periodic, str) else tuple(many("Grid", "periodic", periodic, of=word))
         for name in wraps:
             if name not in ranges:
@@ -97,13 +99,14 @@ class Grid:
 
         ``offset`` (scalar or d numbers in 0 .. 1) is the place in the cell: 0.5 its centre.
         """
-        try:
-            cells = np.asarray(cells)
-        except ValueError:  # ragged
-            raise refused("Grid.points", "cells", cells, f"numbers of cells, 0 to {self.size - 1}") from None
-        if cells.dtype.kind not in "iu" or cells.size and not 0 <= cells.min() <= cells.max() < self.size:
+        places = np.empty(0) if floats(cells) is None else np.asarray(cells)
+        if places.dtype.kind not in "iu" or places.size and not 0 <= places.min() <= places.max() < self.size:
             raise refused("Grid.points", "cells", cells, f"numbers of cells, 0 to {self.size - 1}")
-        where = np.stack(np.unravel_index(cells, self.shape), axis=-1)
+        where = np.stack(np.unravel_index(places, self.shape), axis=-1)
+        if np.min(offset) < 0.0 or np.max(offset) > 1.0:
+            raise refused("Grid.points", "offset", offset, "from 0 to 1")
+        if np.ndim(offset) and np.shape(offset)[-1] != len(self.names) or np.ndim(offset) > where.ndim:
+            raise refused("Grid.points", "offset", offset, f"a number, or {len(self.names)} numbers a cell")
         return np.array(self.low) + (where + offset) * self.widths
 
     def wrapped(self, points: np.ndarray) -> np.ndarray:
@@ -211,15 +214,15 @@ def _bytes(number: float) -> str:
     return f"{number / 1e3:.3g} kB"
 
 
-def _named(name: str) -> tuple[str, int]:
+def _named(name: str, owner: str = "Grid") -> tuple[str, int]:
     match = re.fullmatch(r"([qvw])(0|[1-9]\d*)", name)
     if match is None:
-        raise ValueError(f"Grid: component {name!r} is unknown; components are q0, q1, ... (coordinates), "
+        raise ValueError(f"{owner}: component {name!r} is unknown; components are q0, q1, ... (coordinates), "
                          "v0, v1, ... (velocities) and w0, w1, ... (memory)")
     return match[1], int(match[2])
 
 
-def place_of(name: str, n: int, ns: int, owner: str = "Grid") -> int:
+def place_of(name: str, n: int, ns: int, owner: str = "grid") -> int:
     """Return the place of a component in the state (q, v, w) of ``n`` degrees of freedom and ``ns`` states.
 
     Raises
@@ -227,7 +230,7 @@ def place_of(name: str, n: int, ns: int, owner: str = "Grid") -> int:
     ValueError
         When the system has not this component.
     """
-    kind, index = _named(name)
+    kind, index = _named(name, owner)
     if index >= (ns - 2 * n if kind == "w" else n):
         memory = f", memory w0 .. w{ns - 2 * n - 1}" if ns > 2 * n else ", no memory"
         raise ValueError(f"{owner}: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
@@ -237,10 +240,7 @@ def place_of(name: str, n: int, ns: int, owner: str = "Grid") -> int:
 
 def _side(name: str, value) -> tuple[float, float, int]:
     _named(name)
-    try:
-        given = None if isinstance(value, str | bytes) else tuple(value)
-    except Exception:  # no list, or what a foreign class raises
-        given = None
+    given = listed(value)
     if given is None or len(given) != 3:
         raise refused("Grid", name, value, "(low, high, cells)")
     low, high = (number("Grid", name, item) for item in given[:2])

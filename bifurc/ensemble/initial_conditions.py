@@ -11,7 +11,8 @@ from .grid import place_of
 from .outcomes import BEYOND, UNCLEAR
 
 
-def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], points: np.ndarray) -> np.ndarray:
+def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], points: np.ndarray,
+              owner: str = "grid") -> np.ndarray:
     """Return starts (k, ns) at phase 0 from their components ``names`` in ``points`` (k, d) and the fixed ones ``at``.
 
     Components named in neither are 0, memory is that of the virgin state: where an element without load has it.
@@ -22,7 +23,7 @@ def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], point
         When the system has not a component.
     """
     n, ns = scene.n, scene.ns
-    given = {name: place_of(name, n, ns) for name in (*names, *at)}
+    given = {name: place_of(name, n, ns, owner) for name in (*names, *at)}
     x = np.zeros((ns + scene.nw, len(points)))
     for name, value in at.items():
         x[given[name]] = value

@@ -31,15 +31,15 @@ class Region(Content):
         if not isinstance(ranges, Mapping) or not ranges:
             raise refused("", "region", ranges, "components and ranges of the start, such as {'q0': (-3, 1), 'v0': (-4, 4)}")
         self.ranges: dict[str, tuple[float, float]] = {}
-        for name, value in ranges.items():
-            _named(name)
+        for name, value in mapping("", "region", ranges).items():
+            _named(name, "region")
             low, high = pair("region", name, value)
             if not (low < high and math.isfinite(high - low)):
                 raise refused("region", name, value, "finite (low, high), and its low bound must be below its high bound")
             self.ranges[name] = low, high
         self.at = {name: number("at", name, value) for name, value in mapping("region", "at", {} if at is None else at).items()}
         for name in self.at:
-            _named(name)
+            _named(name, "at")
             if name in self.ranges:
                 raise ValueError(f"region: at fixes {name}, which has a range")
 
@@ -57,14 +57,14 @@ class Region(Content):
         steps = phi ** -np.arange(1.0, d + 1)
         unit = (np.random.default_rng(seed).random(d) + np.arange(1, count + 1)[:, None] * steps) % 1.0
         low, high = np.array(list(self.ranges.values())).T
-        return states_at(scene, tuple(self.ranges), self.at, low + (high - low) * unit)
+        return states_at(scene, tuple(self.ranges), self.at, low + (high - low) * unit, "region")
 
     def sizes(self, scene: Scene) -> np.ndarray:
         """Return the sizes (ns,) of states that distances are measured with: one length, its velocity at omega."""
         n, omega = scene.n, float(scene.omega or 1.0)
         length = 0.0
         for name, (low, high) in self.ranges.items():
-            place = place_of(name, n, scene.ns)
+            place = place_of(name, n, scene.ns, "region")
             length = max(length, max(abs(low), abs(high)) / (omega if n <= place < 2 * n else 1.0))
         scale = np.full(scene.ns, length)
         scale[n:2 * n] *= omega

@@ -51,7 +51,7 @@ class Section:
     direction: int = 1
 
     def __post_init__(self):
-        _named(self.coordinate)
+        _named(self.coordinate, "Section: coordinate")
 
     def place(self, scene: Scene) -> int:
         """Return the place of the component in the state.
@@ -61,7 +61,7 @@ class Section:
         ValueError
             When the system has not this component.
         """
-        return place_of(self.coordinate, scene.n, scene.ns, "Section")
+        return place_of(self.coordinate, scene.n, scene.ns, "section")
 
     def crossings(self, motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         """Return times (k,) and states (k, ns) at which a motion passes the section."""

@@ -17,8 +17,11 @@ import numpy as np
 import bifurc as bf
 
 from ..checks import floats, refused
+from ..compose.scene import scene_of
 from ..continuation import ContinuationError
+from ..ensemble.grid import place_of
 from ..orbits.base import Orbit
+from ..system import require_values
 from .script import Made, Script, grid_text
 
 COARSE, FINE = 100, 400  # cells a side of a basin slice: at once, and then
@@ -146,6 +149,9 @@ def of_system(system: Any, parameter: str | None = None, bounds: Sequence[float]
     parameter = system.parameter_name(parameter or "omega")
     value = system.parameter(parameter)
     low, high = reach(value) if bounds is None else ascending("bounds", bounds)
+    require_values(system, "bounds", parameter, (low, high))
+    for name in window or ():
+        place_of(name, system.n, scene_of(system).ns, "window")
     system = system.with_parameters(**{parameter: min(max(value, low), high)})
     return Shown(system, parameter, (low, high), window={
         name: ascending(f"window[{name!r}]", part) for name, part in dict(window or {}).items()})

@@ -1,7 +1,7 @@
 """Simulate a system through its events."""
 import numpy as np
 
-from ..checks import RATIO, checked
+from ..checks import LARGEST, RATIO, checked, number, of
 from ..compose.modal import give_modal
 from ..compose.scene import scene_of
 from ..compose.tables import paced
@@ -46,7 +46,7 @@ ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; 
 WORK, LAW_STEPS = 2e7, 5000.0
 
 
-@checked(periods=RATIO, duration=RATIO)
+@checked(periods=of(number, least=0.0, most=LARGEST), duration=RATIO)
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
              max_events: int = 2000, history=None):
     """Return the motion from a state, through all its events.

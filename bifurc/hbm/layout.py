@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..checks import floats, refused, whole
+from ..checks import floats, refused, scalar, whole
 
 
 @dataclass(frozen=True)
@@ -182,14 +182,16 @@ def listed(harmonics, periods: int = 1) -> tuple[int, ...]:
     ValueError
         For anything else, naming what is allowed.
     """
-    if isinstance(harmonics, (int, np.integer)) and not isinstance(harmonics, bool):
+    if not isinstance(harmonics, bool) and isinstance(scalar(harmonics), (int, np.integer)):
         return tuple(range(whole("", "harmonics", harmonics, least=1, most=MOST) * periods + 1))
-    found = floats(harmonics)
+    found = floats(list(harmonics) if isinstance(harmonics, range) else harmonics)
     if found is None or found.ndim != 1 or not found.size or not (np.abs(found) <= MOST).all():
         raise refused("", "harmonics", harmonics, "a whole number or a list of harmonics of the excitation")
     turns = np.round(found * periods)
     if (turns < 0.0).any() or (np.abs(found * periods - turns) > 1e-9).any():
         raise refused("", "harmonics", harmonics, f"such that each times {periods} period(s) is a whole number >= 0")
+    if not turns.any():
+        raise refused("", "harmonics", harmonics, "a list with a harmonic above 0, which moves")
     if np.unique(turns).size < turns.size:
         raise refused("", "harmonics", harmonics, "a list that names each harmonic once")
     return tuple(np.sort(turns).astype(int).tolist())

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import checks
 from .progress import Progress
 from .store import ChunkStore
 
@@ -113,10 +114,8 @@ def run_chunks(store: ChunkStore, work: Work, payloads: Sequence[Mapping], *, ex
 
 def check_executor(executor) -> None:
     """Raise ValueError unless chunks can be handed to it."""
-    if executor is None or callable(executor) or hasattr(executor, "submit"):
-        return
-    raise ValueError(f"executor = {executor!r} is not allowed; it must be a concurrent.futures.Executor (or have its submit), a "
-                     "dask.distributed.Client, a function that makes one, or None for threads")
+    if executor is not None:
+        checks.executor("", "executor", executor)
 
 
 def _makes(executor) -> bool:
@@ -131,10 +130,21 @@ def _maker(executor, workers: int | None, count: int) -> tuple[Callable[[], Exec
         threads = min(workers or os.cpu_count() or 1, count)
         return (SerialExecutor if threads == 1 else lambda: ThreadPoolExecutor(threads)), True
     if _makes(executor):
-        return executor, True
+        return lambda: _made(executor), True
     if hasattr(executor, "get_executor"):  # a dask.distributed.Client
         return lambda: executor.get_executor(pure=False), False
     return lambda: executor, False
+
+
+def _made(executor: Callable[[], Executor]) -> Executor:
+    """Return the executor that a function makes, or raise ValueError when it makes none."""
+    try:
+        pool = executor()
+    except TypeError as error:  # as of a function that wants an argument
+        raise checks.refused("", "executor", executor, f"{checks.EXECUTOR}; called without arguments it says: {error}") from error
+    if not hasattr(pool, "submit"):
+        raise checks.refused("", "executor", executor, f"{checks.EXECUTOR}; it made {checks.shown(pool)}")
+    return pool
 
 
 def _with_pools(run: "_Run", open_: list[int], make: Callable[[], Executor], owned: bool, again: bool) -> None:

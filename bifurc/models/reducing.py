@@ -21,7 +21,7 @@ def reduced_system(system: System, keep: Sequence, modes: int, method: str) -> S
     """Return the reduced system, see `System.reduced`."""
     if isinstance(keep, str | int | np.integer):
         keep = (keep,)
-    kept = tuple(names.place_of(dof, system.dofs, system.n, "reduced") for dof in keep)
+    kept = tuple(names.place_of(dof, system.dofs, system.n, "reduced", "keep") for dof in keep)
     if len(set(kept)) < len(kept):
         raise ValueError(f"reduced: keep = {list(keep)!r} names a coordinate twice")
     modes = whole("reduced", "modes", modes, least=0)

@@ -2,6 +2,7 @@
 
 from ..checks import checked, state
 from ..compose.scene import scene_of
+from ..flow.settle import Penetration
 from ..system import System, require_system
 from .autonomous import autonomous_orbit
 from .base import Orbit
@@ -70,17 +71,20 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         raise ValueError(f"periods = {periods!r} is not allowed; {system!r} has no excitation, say about how long in period=")
     if closure == -1 and system.symmetry != -1:
         raise ValueError(f"closure = -1 is not allowed; {system!r} is not symmetric under y -> -y")
-    if system.period is None:
-        return autonomous_orbit(system, guess, closure, transient, period)
-    if isinstance(guess, PeriodicOrbit):
-        found = from_orbit(system, guess, periods)
-    elif isinstance(guess, Orbit):
-        found = from_state(system, guess.state, int(periods or guess.periods))
-    elif guess is not None:
-        scene = scene_of(system)
-        found = from_state(system, state("guess", guess, (2 * scene.n, scene.ns)), int(periods or 1))
-    else:
-        found = settled(system, periods, transient)
+    try:
+        if system.period is None:
+            return autonomous_orbit(system, guess, closure, transient, period)
+        if isinstance(guess, PeriodicOrbit):
+            found = from_orbit(system, guess, periods)
+        elif isinstance(guess, Orbit):
+            found = from_state(system, guess.state, int(periods or guess.periods))
+        elif guess is not None:
+            scene = scene_of(system)
+            found = from_state(system, state("guess", guess, (2 * scene.n, scene.ns)), int(periods or 1))
+        else:
+            found = settled(system, periods, transient)
+    except Penetration as error:  # of the motion from the guess
+        raise Penetration(f"guess: {error}") from None
     if not found.success:
         found = resting(system, found, int(periods or 1)) or found
     if not found.success:

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Patch
 
-from ..checks import COUNT, checked, like
+from ..checks import COUNT, checked, like, whole
 from . import style
 from .basins import _COLORS, _component, _percent
 from .motions.phase_plane import describe
@@ -45,6 +45,8 @@ def plot_cells(cells: Any, ax: Axes | None = None, field: str = "labels", group:
         raise ValueError(f"a map of cells over {len(grid.names)} components cannot be drawn; it must be two")
     if field not in ("labels", "doubt", "time", "density"):
         raise ValueError(f"field = {field!r} is not allowed; it must be labels, doubt, time or density")
+    if group:
+        whole("plot_cells", "group", group, most=len(cells.groups) - 1)
     if ax is None:
         (ax,) = style.shown_figure(6.3, 4.4)
     (left, bottom), (right, top) = grid.low, grid.high

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..checks import checked, like
+from ..checks import checked, like, whole
 from . import style
 
 
@@ -26,7 +26,7 @@ def plot_map_diagram(diagram: Any, ax: Axes | None = None, component: int = 0) -
     """
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
-    values = diagram.points[:, :, component]
+    values = diagram.points[:, :, whole("plot_map_diagram", "component", component, most=diagram.points.shape[2] - 1)]
     x = np.repeat(diagram.values, values.shape[1])
     ax.plot(x, values.ravel(), linestyle="none", marker=".", markersize=0.9, markeredgewidth=0.0, color=style.BLUE, rasterized=True)
     ax.set_xlabel(style.parameter_label(diagram.parameter))

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from ..checks import ALL_DRAWN, SET, checked, like
+from ..checks import ALL_DRAWN, SET, checked, like, whole
 from . import style
 from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
@@ -163,6 +163,7 @@ def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branc
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
     ns = diagram.points.shape[-1]
+    whole("plot_diagram", "component", component, most=ns - 1)
     for k, direction in enumerate(diagram.directions):
         values = diagram.points[k][..., component].reshape(len(diagram.values), -1)
         x = np.repeat(diagram.values, values.shape[1])

@@ -3,7 +3,7 @@ import numbers
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ..checks import many, refused, whole
+from ..checks import many, plain_text, refused, shown, whole
 
 
 def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str, ...] | None:
@@ -28,14 +28,14 @@ def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str
 def named(dof: Any) -> str | None:
     """Return the name of a degree of freedom given by name or pair (node, direction), names or numbers; None: it is neither."""
     if isinstance(dof, str):
-        return dof
+        return plain_text(dof)
     if isinstance(dof, tuple | list) and len(dof) == 2 and all(
             isinstance(part, str | numbers.Integral) and not isinstance(part, bool) and part != "" for part in dof):
         return f"{dof[0]}.{dof[1]}"
     return None
 
 
-def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System") -> int:
+def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System", argument: str = "dof") -> int:
     """Return the number of a degree of freedom given by name, by pair (node, direction), or by number.
 
     Raises
@@ -46,14 +46,15 @@ def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System
     name = named(dof)
     if name is not None:
         if names is None:
-            raise ValueError(f"{owner}: dof = {dof!r} is a name, and this system has no names; give them with dofs=[...]")
+            raise ValueError(f"{owner}: {argument} = {shown(dof)} is a name, and this system has no names; give them with "
+                             "dofs=[...]")
         if name in names:
             return names.index(name)
         node = name.split(".")[0]
         near = [other for other in names if other.split(".")[0] == node] or list(names[:8])
-        raise ValueError(f"{owner}: there is no degree of freedom {dof!r}; there are {', '.join(near[:8])}"
+        raise ValueError(f"{owner}: {argument} = {shown(dof)} is no degree of freedom; there are {', '.join(near[:8])}"
                          f"{' ...' if len(names) > len(near[:8]) else ''}")
-    return whole(owner, "dof", dof, least=0, most=n - 1)
+    return whole(owner, argument, dof, least=0, most=n - 1)
 
 
 def _name(owner: str, argument: str, item) -> str:

@@ -72,7 +72,7 @@ def macro_slip_contact(*, case: int = 1, omega: float = 1.0, friction: float = 0
     given = (amplitude_x, amplitude_y, stiffness, load, load_amplitude, load_phase)
     own, known = _YANG[case]
     ax, ay, k, n, rho, phase = (a if a is not None else b for a, b in zip(given, own, strict=True))
-    ky = known if harmonic_y is None else harmonic_y
+    ky = known if harmonic_y is None else whole(name, "harmonic_y", harmonic_y, least=1)
     number(name, "friction", friction, least=0.0)
     number(name, "load", n, least=0.0)
     contact = Jenkins(k, friction * n, load_amplitude=rho, load_phase=phase)

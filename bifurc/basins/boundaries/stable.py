@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks import POSITIVE, checked
+from ...checks import POINTS, POSITIVE, checked
 from ...ensemble.outcomes import NO_START, CellState
 from ..attractors.attractors import section_points
 from .search import Search
@@ -60,7 +60,7 @@ class StableSet(ImageSet):
                                 "past): further pieces may lead to the saddle that are not found")]
         return parts, "pieces of curves"
 
-    @checked()
+    @checked(count=POINTS)
     def separates(self, count: int = 400, distance: float = BESIDE) -> float:
         """Return the share of points of the set, evenly spread within the map's grid, on whose two sides labels differ.
 

@@ -165,8 +165,6 @@ def _mapped(system, grid: Grid, periods: int, samples: int, audit: int, options:
 def _source(system, grid: Grid, periods: int, options: dict, run: dict) -> tuple[Carrier, Any]:
     """Return what carries states over mappings, and the judge of groups."""
     if not isinstance(system, System):
-        if not callable(system):
-            raise ValueError(f"system = {system!r} is not allowed; it must be a System, or a map of states (k, d) to states (k, d)")
         if grid.at:
             raise ValueError(f"grid = {grid!r} fixes components; a map given as a function has those of the grid only")
         mapped = Carrier(system, grid, periods, options["max_events"])

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ... import __version__
-from ...checks import checked
+from ...checks import checked, many, refused
 from ...compose.scene import Scene, scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -230,14 +230,15 @@ def scale_of(scene: Scene, starts: np.ndarray) -> np.ndarray:
     return scale
 
 
+def _attractor(owner: str, name: str, value):
+    if isinstance(value, (PeriodicOrbit, SampledAttractor, Equilibrium)):
+        return value
+    raise refused(owner, name, value, "a PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor or Equilibrium")
+
+
 def _known(system: System, attractors) -> list:
-    if attractors is not None and not isinstance(attractors, Sequence):
-        raise ValueError(f"attractors = {attractors!r} is not allowed; they must be a list of orbits or attractors")
-    known = [] if attractors is None else list(attractors)
+    known = [] if attractors is None else many("", "attractors", attractors, of=_attractor)
     for item in known:
-        if not isinstance(item, (PeriodicOrbit, SampledAttractor, Equilibrium)):
-            raise ValueError(f"attractors contain {item!r}; they must be PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor "
-                             "or Equilibrium")
         if item.system != system:
             raise ValueError(f"attractors contain {item!r} of another system, {item.system!r}")
         if not isinstance(item, SampledAttractor) and not (item.success and item.stable):

@@ -22,7 +22,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
-from ...system import System, require_system
+from ...system import System, require_system, require_values
 from ..attractors.matching import End, Key, Links
 from ..attractors.records import packed_points, unpacked_points
 from .points import sweep_points
@@ -255,6 +255,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
     values = _values(values)
+    require_values(system, "values", parameter, values)
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
     options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}

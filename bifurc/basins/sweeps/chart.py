@@ -17,7 +17,7 @@ from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...orbits.lyapunov import lyapunov_exponents
-from ...system import System, require_system
+from ...system import System, require_system, require_values
 from .attractor_sweep import _values
 from .sections import APERIODIC, groups, period_of, settled
 
@@ -205,7 +205,9 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     names = tuple(system.parameter_name(name) for name in parameters)
     for name in names:
         system.parameter(name)
-    values = tuple(_values(item, name) for name, item in parameters.items())
+    values = tuple(_values(item, f"parameters[{name!r}]") for name, item in parameters.items())
+    for name, item in zip(names, values, strict=True):
+        require_values(system, f"parameters[{name!r}]", name, item)
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
     options = {"starts": starts, "seed": seed, "transient": transient, "longest": longest, "exponents": exponents,

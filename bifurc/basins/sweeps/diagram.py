@@ -17,7 +17,7 @@ from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...orbits.standing import resting_start
-from ...system import System, require_system
+from ...system import System, require_system, require_values
 from .attractor_sweep import _values
 from .sections import period_of, settled
 
@@ -177,7 +177,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
-    values = np.sort(_values(np.sort(np.atleast_1d(np.asarray(values, float)))))
+    values = np.sort(_values(np.sort(values)))
     first = _starts(system, starts)
     scene = scene_of(system)
     length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max()))
@@ -185,8 +185,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
     scale[scene.n:2 * scene.n] *= float(scene.omega or 1.0)
     common = {"system": system.to_record(), "elements": user_parts(system), "parameter": parameter, "starts": first, "scale": scale,
               "transient": transient, "keep": keep, "max_events": max_events}
-    for value in values:  # each value starts where the one before ended: an invalid one is told before any work
-        system.with_parameters(**{parameter: float(value)})
+    require_values(system, "values", parameter, values)
 
     def compute(store: ChunkStore, key: str) -> BifurcationDiagram:
         pieces = _swept(store, common, values, directions, chunk, {"executor": executor, "workers": workers}, progress)

@@ -18,7 +18,7 @@ from ...flow.simulate import simulate
 from ...jobs.progress import Progress
 from ...notebook import Notebook, Table
 from ...orbits.standing import resting_start
-from ...system import System, require_system
+from ...system import System, require_system, require_values
 from .diagram import DIRECTIONS
 
 SAMPLES = 128  # a forcing period, of which the extremes are taken; events besides
@@ -206,6 +206,7 @@ def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: i
     low, high = bounds
     if not (np.isfinite([low, high]).all() and low < high):
         raise ValueError(f"bounds = {bounds!r} is not allowed; it must be (low, high) with low below high")
+    require_values(system, "bounds", parameter, bounds)
     rising = np.linspace(low, high, steps)
     values = np.array([rising if item == "up" else rising[::-1] for item in directions])
     first = system.with_parameters(**{parameter: float(values[0, 0])})

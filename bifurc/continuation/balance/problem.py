@@ -28,6 +28,7 @@ from ...orbits.shooting.path import DEGREES, PAD, sampled_over
 from ...solve.bordered import across
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
+from ...system import require_values
 from ..families import PathFamily
 from ..kinds import NUMERICAL, CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, ROUNDED, Corrected, Monitor, Problem
@@ -412,8 +413,7 @@ class BalanceProblem(Problem):
         low, high = bounds
         if not (math.isfinite(low) and math.isfinite(high)):
             raise ValueError(f"bounds of {name!r} must be finite, got {bounds!r}")
-        for end in bounds:
-            self.system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+        require_values(self.system, "bounds", name, bounds)
 
         def sample(a, b):
             return self.whole.parts.flat_of(self.system.with_parameters(**{self.parameter: float(a), name: float(b)}))

@@ -4,13 +4,13 @@ That is an ordinary `Problem` in the second parameter (`problem`), so that steps
 and extending are those of `trace`.
 """
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from ... import plotting
-from ...checks import checked, many, of, word
+from ...checks import checked, either, many, mapping, of, pair, word
 from ..branches.branch import Branch
 from ..branches.special import SpecialPoint
 from ..families import family_of
@@ -145,8 +145,6 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     if kind is SpecialPointKind.CHATTER_COMPLETION and inner.sequence is not None:
         found = completion_near(inner, at)
         inner, at = (inner, at) if found is None else found[:2]
-    if isinstance(parameters, str) or not isinstance(parameters, Iterable) or len(tuple(parameters)) != 2:
-        raise ValueError(f"parameters must be two names, got {parameters!r}")
     names = tuple(full_name(inner, name) for name in parameters)
     if inner.parameter not in names:
         raise ValueError(f"parameters = {tuple(parameters)!r} must hold the parameter of the branch, {inner.parameter!r}")
@@ -224,16 +222,17 @@ def bounds_by_name(problem, names, bounds):
     table = dict.fromkeys(names, (-math.inf, math.inf))
     if bounds is None:
         return table
-    if isinstance(bounds, dict):
-        for name, pair in bounds.items():
-            full = full_name(problem, name)
-            if full not in table:
-                raise ValueError(f"bounds name {name!r}; the parameters are {names[0]!r} and {names[1]!r}")
-            table[full] = ordered_bounds(pair)
-        return table
-    pairs = tuple(bounds) if isinstance(bounds, Iterable) else ()
-    if len(pairs) != 2 or any(np.ndim(pair) != 1 for pair in pairs if pair is not None):
-        raise ValueError(f"bounds must be a dict of pairs by name, or two pairs in the order of the parameters, got {bounds!r}")
-    for name, pair in zip(names, pairs, strict=True):
-        table[name] = ordered_bounds(pair)
+    if not isinstance(bounds, Mapping):
+        bounds = dict(zip(names, either(of(many, of=_ends, count=2), allowed="a dict of pairs by name, or two pairs of different "
+                                        "numbers in the order of the parameters")("", "bounds", bounds), strict=True))
+    for name, ends in mapping("", "bounds", bounds).items():
+        full = full_name(problem, name) if name not in table else name
+        if full not in table:
+            raise ValueError(f"bounds name {name!r}; the parameters are {names[0]!r} and {names[1]!r}")
+        table[full] = ordered_bounds(_ends("", f"bounds[{name!r}]", ends))
     return table
+
+
+def _ends(owner: str, name: str, value):
+    """The kind of the bounds of one parameter: a pair, or None, which is unbounded."""
+    return None if value is None else pair(owner, name, value)

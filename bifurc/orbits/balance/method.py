@@ -17,7 +17,7 @@ CONDENSED = 200  # unknowns of the whole balance from which on those of the touc
 FEWER = 0.5  # of the unknowns at most, for the same reason
 
 
-@checked(harmonics=None, aft=of(choice, allowed=("exact", "sampled")), samples=of(whole, least=3),
+@checked(harmonics=None, aft=of(choice, allowed=("exact", "sampled")), samples=of(whole, least=3, most=10**8),
          solver=of(choice, allowed=SOLVERS), condense=flag)
 @dataclass(frozen=True)
 class HarmonicBalance:

@@ -16,7 +16,7 @@ from numpy.polynomial.chebyshev import chebder, chebval
 from ...compose.modal import give_modal
 from ...compose.scene import Scene
 from ...compose.tables import Tables
-from ...system import System
+from ...system import System, require_values
 
 DEGREES = (4, 8, 16, 32, 64)
 STEPS = 1e-9, 1.7e-9, 2.3e-9  # of half an interval, over which the rounding of numbers is looked at,
@@ -154,13 +154,14 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         return flat_of(system.with_parameters(**{name: float(value)}))
 
     a, b = low - pad * wide, high + pad * wide
+    if not math.isfinite(b - a):
+        raise ValueError(f"bounds = {bounds!r} is not allowed; {name} needs two finite numbers")
     try:
         for end in (a, b):
             system.with_parameters(**{name: end})
     except ValueError:
         a, b = low, high
-        for end in (a, b):
-            system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+        require_values(system, "bounds", name, (a, b))
     if not b > a:
         raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
     middle, half = 0.5 * (a + b), 0.5 * (b - a)

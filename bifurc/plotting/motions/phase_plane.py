@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from ...checks import MOVING, checked, like
+from ...checks import MOVING, checked, like, whole
 from .. import style
 from .rotors import draw_rotor, relative, ring_of
 
@@ -146,7 +146,7 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
         _legend(history)
         return [phase, history]
     n = y.shape[1] // 2
-    x, v = y[:, dof], y[:, n + dof]
+    x, v = y[:, whole("", "dof", dof, most=n - 1)], y[:, n + dof]
     jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])
     cuts = np.searchsorted(t, jumps)
     cuts = np.unique(cuts[(cuts > 0) & (cuts < t.size)])
