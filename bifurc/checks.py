@@ -112,7 +112,7 @@ def choice(owner: str, name: str, value, allowed: tuple):
 
 def several(owner: str, name: str, value, *, allowed: tuple[str, ...]) -> tuple[str, ...]:
     """Return one word, or a list of words, as a tuple of different ones of ``allowed``, else raise ValueError."""
-    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
+    found = (value,) if isinstance(value, str) else tuple(listed(value) or ()) if isinstance(value, list | tuple) else ()
     found = tuple(plain_text(item) if isinstance(item, str) else "" for item in found)
     if not found or not set(found) <= set(allowed) or len(set(found)) < len(found):
         raise refused(owner, name, value, f"{', '.join(map(repr, allowed))}, or {'both' if len(allowed) == 2 else 'several'}")
@@ -326,6 +326,7 @@ SYSTEM = instance("bifurc.system:System", "a System, such as bifurc.systems.impa
 ORBIT = instance("bifurc.orbits.orbit:PeriodicOrbit", "a PeriodicOrbit, see find_orbit")
 BALANCE = instance("bifurc.orbits.balance.harmonic_orbit:HarmonicOrbit", "a HarmonicOrbit")
 MOTION = instance("bifurc.motion:Motion", "a motion: of simulate, find_orbit, an attractor of a map")
+TRAJECTORY = instance("bifurc.flow.trajectory:Trajectory", "a Trajectory, see simulate")
 BRANCH = instance("bifurc.continuation.branches.branch:Branch", "a Branch, see trace")
 POINT = instance("bifurc.continuation.branches.special:SpecialPoint",
                  "a special point of a branch, such as branch.special_points[0]")

@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import io
-from ..checks import checked
+from ..checks import checked, is_real, refused
 from ..content import Content
 
 
@@ -110,6 +110,8 @@ class Certificate(Content):
 
     def contains(self, multiplier: complex) -> bool:
         """Return whether a number lies in the enclosure of one of the multipliers."""
+        if not isinstance(multiplier, complex) and not is_real(multiplier):
+            raise refused("Certificate.contains", "multiplier", multiplier, "a number")
         z = complex(multiplier)
         return any(re[0] <= z.real <= re[1] and im[0] <= z.imag <= im[1] for re, im in self.multipliers)
 

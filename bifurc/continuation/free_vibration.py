@@ -269,7 +269,10 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
         raise ValueError(f"mode = {mode!r} is not allowed; about the state of rest there are {len(order)} that oscillate")
     omega, q = float(values[order[mode]].imag), rest._small[1] @ vectors[:, order[mode]]
     start = linear_mode(system, rest, q, omega, SMALL * (energy - ground))
-    branch = trace(start, "energy", bounds=(start.energy, energy), direction=1)
+    try:
+        branch = trace(start, "energy", bounds=(start.energy, energy), direction=1)
+    except (ValueError, ContinuationError) as error:
+        raise ContinuationError(f"energy = {energy:g} is too far from rest, or too near: {error}") from error
     last = branch.orbits[-1]
     if abs(last.energy - energy) > 1e-12 * abs(energy):
         raise ContinuationError(f"the family of mode {mode} ends at the energy {last.energy:.6g}: {branch.ends[1]}")

@@ -3,7 +3,7 @@
 The functions are not stored with a branch; one that was read from a file is as good as before, but is extended, and its points
 are followed as curves, only by a new trace.
 """
-from ..checks import mapping
+from ..checks import function, mapping
 from .kinds import SpecialPointKind
 from .problem import Monitor
 from .steps.callbacks import value_of
@@ -55,11 +55,10 @@ def with_monitors(problem, functions):
     if functions is None or not mapping("trace", "monitors", functions):
         return problem
     taken = {*TAKEN, *(monitor.name for monitor in problem.monitors)}
-    for name, function in functions.items():
+    for name, value in functions.items():
         if not name or name in taken:
             raise ValueError(f"monitors: {name!r} is no free name; taken are {', '.join(sorted(filter(None, taken)))}")
-        if not callable(function):
-            raise ValueError(f"monitors[{name!r}] = {function!r} must be a function of a solution that returns a number")
+        function("trace", f"monitors[{name!r}]", value)
     return WithMonitors(problem, functions)
 
 

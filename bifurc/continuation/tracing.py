@@ -12,7 +12,7 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from ..checks import checked, choice, of
+from ..checks import checked, choice, of, pair
 from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
@@ -148,14 +148,7 @@ def problem_of(start, parameter, bounds):
 
 def ordered_bounds(bounds):
     """Return (low, high) of an unordered pair; None is unbounded."""
-    if bounds is None:
-        return -math.inf, math.inf
-    try:
-        a, b = (float(value) for value in bounds)
-    except (TypeError, ValueError):
-        raise ValueError(f"bounds must be two numbers, got {bounds!r}") from None
-    if math.isnan(a) or math.isnan(b) or a == b:
-        raise ValueError(f"bounds must be two different numbers, got {bounds!r}")
+    a, b = (-math.inf, math.inf) if bounds is None else pair("", "bounds", bounds)
     return min(a, b), max(a, b)
 
 
@@ -224,7 +217,8 @@ def start_row(problem, options):
     n = x.size - 1
     j = wide(problem, x)
     if not np.isfinite(j).all():
-        raise ContinuationError(f"the Jacobian at the start ({problem.parameter} = {x[-1]:.12g}) is not finite")
+        raise ContinuationError(f"the Jacobian at the start ({problem.parameter} = {x[-1]:.12g}) is not finite; bounds = "
+                                f"({options.low:g}, {options.high:g}) are perhaps too wide for numbers that depend on it")
     right, _ = null_vectors(j)
     part = Part(problem, 0)
     if len(right) > 1:

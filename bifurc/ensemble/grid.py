@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import array, checked, floats, listed, many, number, of, refused, whole, word
+from ..checks import COUNT, POSITIVE, array, checked, choice, floats, listed, many, number, of, refused, text, whole, word
 
 SHARE = 0.5  # of the machine's memory that a grid may need
 
@@ -69,9 +69,7 @@ class Grid:
             raise refused("Grid", "periodic", periodic, "the name of a component that the grid runs over, or a list of them")
         wraps = (periodic,) if isinstance(periodic, str) else tuple(many("Grid", "periodic", periodic, of=word))
         for name in wraps:
-            if name not in ranges:
-                raise ValueError(f"Grid: periodic = {wraps!r} names {name!r}, which the grid does not run over; it runs "
-                                 f"over {', '.join(ranges)}")
+            choice("Grid", "periodic", name, tuple(ranges))
         for field, content in (("names", tuple(ranges)), ("low", tuple(side[0] for side in sides)),
                                ("high", tuple(side[1] for side in sides)), ("shape", tuple(side[2] for side in sides)),
                                ("at", fixed), ("periodic", tuple(name for name in ranges if name in wraps))):
@@ -109,8 +107,16 @@ class Grid:
             raise refused("Grid.points", "offset", offset, f"a number, or {len(self.names)} numbers a cell")
         return np.array(self.low) + (where + offset) * self.widths
 
+    def _rows(self, points) -> np.ndarray:
+        """Return points (k, d) of the grid's own components as floats, finite or not, or raise ValueError."""
+        found = points if isinstance(points, np.ndarray) and points.dtype == float else floats(points)
+        if found is None or found.ndim != 2 or found.shape[1] != len(self.names):
+            raise refused("Grid", "points", points, f"numbers of shape (k, {len(self.names)}), points of the grid")
+        return found
+
     def wrapped(self, points: np.ndarray) -> np.ndarray:
         """Return points (k, d) with periodic components brought into their range."""
+        points = self._rows(points)
         if not self.periodic:
             return points
         points = np.array(points, float)
@@ -125,7 +131,7 @@ class Grid:
 
         A cell holds its lower faces, not its upper ones.  Points that are not finite are outside.
         """
-        points = np.asarray(points, float)
+        points = self._rows(points)
         found = np.zeros(len(points), np.int64)
         inside = np.isfinite(points).all(axis=1)
         safe = self.wrapped(np.where(inside[:, None], points, 0.0))
@@ -137,6 +143,7 @@ class Grid:
             found = found * cells + np.clip(place, 0, cells - 1).astype(np.int64)
         return np.where(inside, found, -1)
 
+    @checked(ns=COUNT)
     def places(self, n: int, ns: int) -> tuple[int, ...]:
         """Return the places of the components in the state (q, v, w) of ``n`` degrees of freedom.
 
@@ -147,6 +154,7 @@ class Grid:
         """
         return tuple(place_of(name, n, ns) for name in self.names)
 
+    @checked(ns=COUNT)
     def base(self, n: int, ns: int) -> np.ndarray:
         """Return the state (ns,) with the fixed components, 0 elsewhere."""
         state = np.zeros(ns)
@@ -154,6 +162,7 @@ class Grid:
             state[place_of(name, n, ns)] = value
         return state
 
+    @checked(ns=COUNT)
     def starts(self, n: int, ns: int) -> np.ndarray:
         """Return the starts (cells, ns), the last axis fastest; memory that is not named is 0."""
         states = np.tile(self.base(n, ns), (self.size, 1))
@@ -164,6 +173,7 @@ class Grid:
             states[:, place] = np.tile(np.repeat(self.centres(axis), after), before)
         return states
 
+    @checked(bytes_a_cell=POSITIVE, what=text)
     def require(self, bytes_a_cell: float, what: str) -> None:
         """Refuse work that would not fit: say the memory before it is taken.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import checked, choice, of, word
+from ..checks import TRAJECTORY, checked, choice, of, word
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN
 from ..flow.trajectory import Trajectory
@@ -63,6 +63,7 @@ class Section:
         """
         return place_of(self.coordinate, scene.n, scene.ns, "section")
 
+    @checked(motion=TRAJECTORY)
     def crossings(self, motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         """Return times (k,) and states (k, ns) at which a motion passes the section."""
         scene = scene_of(motion.system)

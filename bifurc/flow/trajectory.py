@@ -5,7 +5,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from .. import plotting
-from ..checks import checked
+from ..checks import array, checked
 from ..compose.scene import scene_of
 from ..content import Content
 from ..elements import EventKind
@@ -182,7 +182,7 @@ class Trajectory(Content, Notebook, Motion):
         ValueError
             When a time lies outside the motion.
         """
-        times = np.asarray(t, float)
+        times = t if isinstance(t, np.ndarray) and t.dtype == float else array("", "t", t, axes=(0, 1, 2, 3), least=0)
         slack = 1e-12 * max(abs(self.start), abs(self.stop))
         if times.size and not (times.min() >= self.start - slack and times.max() <= self.stop + slack):
             raise ValueError(f"t must lie in [{self.start!r}, {self.stop!r}], the motion that was simulated")

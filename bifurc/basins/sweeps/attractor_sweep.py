@@ -354,8 +354,8 @@ def _result(system, values, job, rows, failures, good, links: Links, key: str) -
 
 def _values(values, name: str = "values") -> np.ndarray:
     found = np.atleast_1d(array("", name, values, axes=(0, 1)))
-    steps = np.diff(found)
-    if not ((steps > 0).all() or (steps < 0).all()):
+    before, after = found[:-1], found[1:]
+    if not ((after > before).all() or (after < before).all()):
         raise ValueError(f"{name} = {shown(values)} is not allowed; they must rise or fall, each only once")
     return found
 

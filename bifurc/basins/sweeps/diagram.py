@@ -177,7 +177,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
-    values = np.sort(_values(np.sort(values)))
+    values = np.sort(_values(np.sort(np.atleast_1d(values))))
     first = _starts(system, starts)
     scene = scene_of(system)
     length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max()))
@@ -223,6 +223,6 @@ def _starts(system: System, starts) -> np.ndarray:
     ns = scene_of(system).ns
     given = floats(resting_start(system) if starts is None else starts)
     found = np.atleast_2d(np.empty((0, 0, 0)) if given is None else given)
-    if found.ndim != 2 or found.shape[1] != ns or not np.isfinite(found).all():
+    if found.ndim != 2 or found.shape[1] != ns or not len(found) or not np.isfinite(found).all():
         raise ValueError(f"starts = {shown(starts)} is not allowed; it must be a finite state ({ns},) or several (k, {ns})")
     return found

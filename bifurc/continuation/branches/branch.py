@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import io, plotting
-from ...checks import EQUATIONS, checked, floats, refused, word
+from ...checks import EQUATIONS, checked, floats, number, refused, whole, word
 from ...content import Content
 from ...notebook import Notebook
 from ..kinds import End, StopReason
@@ -103,6 +103,7 @@ class Branch(Content, Notebook):
         return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends,
                    (options.low, options.high), stored, unresolved)
 
+    @checked(low=number, high=number)
     def reaching(self, low, high) -> "Branch":
         """Return the branch with problems that are defined between two values of the parameter."""
         made: dict = {}
@@ -191,7 +192,7 @@ class Branch(Content, Notebook):
 
     def x(self, i: int) -> np.ndarray:
         """Return unknowns and parameter of row ``i`` (n + 1,), own units."""
-        i = range(len(self))[i]
+        i = whole("Branch.x", "i", i, least=-len(self), most=len(self) - 1) % len(self)
         start, stop = self._arrays["offsets"][i:i + 2]
         return self._arrays["x"][start:stop].copy()
 
