@@ -12,7 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from .checks import DECLARED, ELEMENTS, KEPT, PLACE, POSITIVE, SYSTEM, checked, choice, floats, number, of, refused, shown
+from .checks import (
+    DECLARED,
+    ELEMENTS,
+    KEPT,
+    PLACE,
+    POSITIVE,
+    SYSTEM,
+    checked,
+    choice,
+    floats,
+    number,
+    of,
+    plain_text,
+    refused,
+    shown,
+)
 from .elements import BUILT_IN, Core, Element
 from .elements.element import tupled
 from .elements.friction.together import leaders
@@ -171,8 +186,8 @@ class System:
         Displacements first, then velocities. A system that is not reduced gives its own ones.
         """
         given = floats(y)
-        if given is None or given.ndim == 0 or given.shape[-1] < 2 * self.n:
-            raise refused("System.recover", "y", y, f"states, arrays of shape (..., {2 * self.n})")
+        if given is None or given.ndim == 0 or given.shape[-1] < 2 * self.n or not np.isfinite(given).all():
+            raise refused("System.recover", "y", y, f"finite states, arrays of shape (..., {2 * self.n})")
         y = given
         T = np.eye(self.n) if self.reduction is None else self.reduction.recovery
         return np.concatenate([y[..., :self.n] @ T.T, y[..., self.n:2 * self.n] @ T.T], axis=-1)
@@ -254,6 +269,7 @@ class System:
         """
         if not isinstance(name, str):
             raise ValueError(f"parameter {shown(name)} is not allowed; it must be a name, one of {', '.join(self.parameters)}")
+        name = plain_text(name)
         if name in self._values(name):
             return name
         names = self.parameters
@@ -461,7 +477,13 @@ def builder(build: Callable[..., System]) -> Callable[..., System]:
                 raise ValueError(f"{build.__name__}: parameter {name!r} is unknown; there are {', '.join(defaults)}")
             kind, optional = kinds[name] or (None, True)
             values[name] = value if kind is None or value is None and optional else kind(build.__name__, name, value)
-        system = build(**values)
+        try:
+            system = build(**values)
+        except ValueError as error:  # of a matrix or an element that is made of keywords
+            given = [f"{name}={shown(values[name])}" for name in keywords if values[name] is not defaults[name]]
+            if str(error).startswith(build.__name__) or not given:
+                raise
+            raise ValueError(f"{build.__name__}({', '.join(given)}): {error}") from None
         system.__dict__["_origin"] = (made, values)
         return system
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import io
-from ..checks import checked, is_real, refused
+from ..checks import checked, number
 from ..content import Content
 
 
@@ -110,9 +110,7 @@ class Certificate(Content):
 
     def contains(self, multiplier: complex) -> bool:
         """Return whether a number lies in the enclosure of one of the multipliers."""
-        if not isinstance(multiplier, complex) and not is_real(multiplier):
-            raise refused("Certificate.contains", "multiplier", multiplier, "a number")
-        z = complex(multiplier)
+        z = multiplier if isinstance(multiplier, complex) else complex(number("Certificate.contains", "multiplier", multiplier))
         return any(re[0] <= z.real <= re[1] and im[0] <= z.imag <= im[1] for re, im in self.multipliers)
 
     def __repr__(self):

@@ -8,11 +8,10 @@ import math
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from numbers import Integral, Real
 
 import numpy as np
 
-from ..checks import checked, choice, of, pair
+from ..checks import checked, choice, function, number, of, pair, whole
 from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
@@ -157,16 +156,14 @@ def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progres
     if audit not in ("full", "fast"):
         raise ValueError(f"audit must be 'full' or 'fast', got {audit!r}")
     for name, value in (("ds", ds), ("ds_max", DS_MAX if ds_max is None else ds_max), ("ds_min", ds_min)):
-        if isinstance(value, bool) or not isinstance(value, Real) or not (0.0 < value < math.inf):
-            raise ValueError(f"{name} must be positive and finite, got {value!r}")
+        number("", name, value, above=0.0)
     ds_max = max(DS_MAX, ds) if ds_max is None else ds_max
     if not ds_min <= ds_max:
         raise ValueError(f"ds_min = {ds_min!r} must not exceed ds_max = {ds_max!r}")
-    if isinstance(max_steps, bool) or not isinstance(max_steps, Integral) or max_steps < 0:
-        raise ValueError(f"max_steps must be a whole number >= 0, got {max_steps!r}")
+    whole("", "max_steps", max_steps, least=0)
     for name, value in (("stop", stop), ("record", record)):
-        if value is not None and not callable(value):
-            raise TypeError(f"{name} must be callable, got {value!r}")
+        if value is not None:
+            function("", name, value)
     return StepOptions(low, high, min(float(ds), float(ds_max)), float(ds_min), float(ds_max), int(max_steps), stop,
                        record, progress, audit)
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from ..checks import checked, choice, number, of, whole
+from ..checks import checked, choice, like, number, of, whole
 from ..compose.scene import scene_of
 from ..elements import DelayedFeedback
 from ..ensemble.grid import Grid
@@ -17,7 +17,7 @@ from ..flow import settle
 from ..flow.delayed.integration import feedbacks_of, integrate, without_feedback
 from ..flow.delayed.verb import past_of
 from ..flow.status import Status
-from ..jobs.executors import check_executor, user_parts
+from ..jobs.executors import user_parts
 from ..jobs.progress import Progress
 from ..jobs.resumable import resumable
 from ..orbits.orbit import PeriodicOrbit
@@ -36,7 +36,7 @@ ENDED = {Status.DIVERGED: CellState.DIVERGED, Status.TOO_MANY_EVENTS: CellState.
          Status.INCONSISTENT: CellState.INCONSISTENT}
 
 
-@checked(past=of(choice, allowed=PASTS))
+@checked(past=of(choice, allowed=PASTS), executor=like("a concurrent.futures.Executor (or have its map), or None", "map"))
 def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: str = "free", tolerance: float = 1e-3,
                     max_periods: int = 400, max_events: int = 2000, executor=None, file=None, progress=False) -> FeedbackBasins:
     """Return which starts of a grid a delayed feedback brings to an orbit.
@@ -110,7 +110,6 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
     tolerance = number("feedback_basins", "tolerance", tolerance, above=0.0)
     whole("feedback_basins", "max_periods", max_periods, least=1)
     whole("feedback_basins", "max_events", max_events, least=1)
-    check_executor(executor)
     free = scene_of(without_feedback(system))
     starts = states_at(free, grid.names, grid.at, grid.points(np.arange(grid.size)))
     work = partial(followed, system, orbit, past, tolerance, max_periods, max_events, round(turns))

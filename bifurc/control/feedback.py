@@ -121,6 +121,8 @@ def controlled_multipliers(orbit: PeriodicOrbit, of: str, gain: float, *, row=0,
         When the two methods disagree, or small multipliers are lost in rounding (large gains); a larger ``least`` may help.
     """
     gain = number("controlled_multipliers", "gain", gain)
+    if memory >= 1.0:
+        raise ValueError(f"controlled_multipliers: memory = {memory!r} is not allowed; it must be at least 0 and below 1")
     least = number("controlled_multipliers", "least", least, above=memory)
     linear = linearized(orbit, of, row, abs(gain) * max(1.0, 0.5 * (1.0 + 1.0 / least)))  # |K (1 - 1/lambda)| on the circle
     if linear.jumping:

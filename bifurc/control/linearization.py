@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from ..checks import choice, floats, refused
+from ..checks import choice, floats, refused, whole
 from ..compose.evaluate import Laws
 from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
@@ -28,6 +28,7 @@ from ..elements.springs import LinearSpring
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.shooting.labels import Labels
 from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
+from ..structure.names import place_of
 from ..system import System
 
 NODES = 16  # Gauss points of a piece
@@ -189,7 +190,9 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     # of a size that the motion feels: one would be lost in the rounding of stiff systems
     gain = float(np.abs(orbit.system.mass).max()) * natural_rate(T) ** (2 if of == "displacement" else 1)
     stiffness, damping = (gain, 0.0) if of == "displacement" else (0.0, gain)
-    where = orbit.system.dof(row) if isinstance(row, str) else row
+    where = place_of(row, orbit.system.dofs, orbit.system.n, "", "row") if isinstance(row, str) else row
+    if isinstance(where, numbers.Integral):
+        where = whole("", "row", where, least=0, most=orbit.system.n - 1)
     units = [LinearSpring(stiffness=stiffness, damping=damping, **place) for place in places(where)]
     C = np.zeros((len(units), scene.ns))
     for c, unit in zip(C, units, strict=True):

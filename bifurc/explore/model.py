@@ -16,7 +16,7 @@ import numpy as np
 
 import bifurc as bf
 
-from ..checks import floats, refused
+from ..checks import checked, floats, instance, refused
 from ..compose.scene import scene_of
 from ..continuation import ContinuationError
 from ..ensemble.grid import place_of
@@ -87,6 +87,7 @@ class Session:
     first : Shown
     """
 
+    @checked(first=instance("bifurc.explore.model:Shown", "what is shown of a system, a `Shown`"))
     def __init__(self, first: Shown):
         self.first, self.now = first, first
         self._before: list[tuple[str, Shown]] = []

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
-from ..checks import ELEMENTS, POSITIVE, checked, like, number, path
+from ..checks import ELEMENTS, POSITIVE, checked, like, number, path, refused
 from ..content import Content
 from ..io import other_than_file
 from ..io.archive import Archive
@@ -164,6 +164,9 @@ def from_ross(rotor: Any, speed: float) -> Model:
     speed = float(speed)
     if not np.isfinite(speed):
         raise ValueError(f"from_ross: speed = {speed!r} is not allowed; it must be finite")
+    for name in ("M", "C", "K", "G"):
+        if not callable(getattr(rotor, name, None)):
+            raise refused("from_ross", "rotor", rotor, f"a ross.Rotor, or have its {name}, a function")
     M, C, K, G = rotor.M(speed), rotor.C(speed), rotor.K(speed), np.asarray(rotor.G(), float)
     directions = {4: ("x", "y", "alpha", "beta"), 6: ("x", "y", "z", "alpha", "beta", "theta")}
     count = int(getattr(rotor, "number_dof", 4))

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..checks import ALL_DRAWN, array, checked, like, mapping, of, word
+from ..checks import ALL_DRAWN, DRAWN, array, checked, like, many, mapping, of, refused, word
 from . import style
 
 _LINES = ("-", (0, (5, 1.5)))  # of the variants in a picture of peaks
@@ -37,6 +37,10 @@ def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, 
     -------
     matplotlib.axes.Axes
     """
+    if measured is not None and measured.shape[1] != 2:
+        raise refused("plot_responses", "measured", measured, "a table of two columns: parameter and measure")
+    if len(values) != len(branches):
+        raise refused("plot_responses", "values", values, f"{len(branches)} numbers, one a branch")
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
     colors = style.sequence(len(branches))
@@ -87,6 +91,11 @@ def plot_peaks(curves: dict[str, tuple[Any, Sequence[tuple[float, float]]]], nam
     """
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
+    for label, drawn in curves.items():
+        name_of = f"curves[{label!r}]"
+        both = many("plot_peaks", name_of, drawn, of=lambda owner, name, value: value, count=2)
+        DRAWN("plot_peaks", f"{name_of}[0]", both[0])
+        many("plot_peaks", f"{name_of}[1]", both[1], of=of(array, count=2))
     for number, (label, (curve, peaks)) in enumerate(curves.items()):
         color = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)[number % 4]
         x, y = curve.column(name), curve.column(measure)

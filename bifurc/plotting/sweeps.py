@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from ..checks import ALL_DRAWN, SET, checked, like, whole
+from ..checks import ALL_DRAWN, SET, checked, choice, like, whole
 from . import style
 from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
@@ -17,6 +17,11 @@ _SHOWN = 6  # families with a colour of their own: those that hold the largest s
 _LEFT = 0.005  # share of unresolved starts that is drawn
 _FIELDS = {"periods": "period of the motion most starts reach", "impacts": "impacts a forcing period",
            "attractors": "motions reached", "exponents": "largest Lyapunov exponent"}
+
+
+def _measured(owner: str, measure: str, names: tuple[str, ...], n: int) -> list[str]:
+    """Return name and coordinate of a measure, or raise ValueError unless it is one of those drawn."""
+    return choice(owner, "measure", measure, tuple(f"{name}_{dof}" for name in names for dof in range(n))).split("_")
 
 
 @style.styled
@@ -46,7 +51,7 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
 
         _, axes = pyplot.subplots(2, 1, figsize=(6.3, 5.4), layout="constrained", sharex=True)
     above, below = axes
-    name, dof = measure.split("_")
+    name, dof = _measured("plot_sweep", measure, tuple(_MEASURES), sweep.system.n)
     tracks = {track.number: track for track in sweep.tracks}
     for branch in branches:
         plot_branch(branch, above, measure, points=False)
@@ -122,9 +127,9 @@ def plot_ramp(ramp: Any, ax: Axes | None = None, measure: str = "max_0", branche
     -------
     matplotlib.axes.Axes
     """
+    name, dof = _measured("plot_ramp", measure, ("max", "min"), ramp.maximum.shape[-1])
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
-    name, dof = measure.split("_")
     heights = (ramp.maximum if name == "max" else ramp.minimum)[..., int(dof)]
     for branch in branches:
         plot_branch(branch, ax, measure)

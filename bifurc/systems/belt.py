@@ -1,5 +1,5 @@
 """A mass on a moving belt: stick-slip and friction-induced vibration (Popp and Stelter 1990; Hetzler, Schwarzer, Seemann 2007)."""
-from ..checks import choice, number
+from ..checks import choice, number, refused
 from ..elements import Coulomb, CubicFriction, Stribeck
 from ..elements.element import Element
 from ..system import System, builder
@@ -48,7 +48,8 @@ def belt_oscillator(*, zeta: float = 0.05, belt_speed: float = 0.3, static: floa
     choice("belt_oscillator", "law", law, LAWS)
     if law == "coulomb":
         number("belt_oscillator", "kinetic", kinetic, least=0.0)
-        number("belt_oscillator", "static", static, least=kinetic)
+        if not static >= kinetic:
+            raise refused("belt_oscillator", "static", static, f"at least kinetic = {kinetic:g}")
     contact: Element
     if law == "coulomb":
         contact = Coulomb(kinetic, static=static, belt_speed=belt_speed)

@@ -1,16 +1,18 @@
-"""Malformed calls of the public face, drawn from signatures: every argument of every function and method gets "
-"what it cannot mean.
+"""Malformed calls of the public face, drawn from signatures: every argument of every function and method gets what it cannot mean.
 
 `cases` lists what can be called: public functions, elements, ready systems, and the methods of every kind of result, each with a
 valid call that is quick.  `WRONG` says for every kind of argument what it cannot be, and `KIND` which kind an argument of a name
-is; `draw` combines them at random.  `verdict` runs one call within a limit of processor time and says what came of it.  A good
-end is an error whose text names the argument or shows the value; one from the depths of Python or numpy is confusing.
+is; `everything` combines them all, `draw` some at random.  `verdict` runs one call within a limit of processor time and says what
+came of it.  A good end is an error whose text names the argument or shows the value; one from the depths of Python or numpy is
+confusing.
 """
 
+import decimal
 import enum
 import fractions
 import functools
 import inspect
+import itertools
 import math
 import os
 import pathlib
@@ -27,6 +29,7 @@ import scipy.io
 
 import bifurc as bf
 from bifurc import elements as el
+from bifurc.explore.model import of_system
 
 matplotlib.use("Agg")
 
@@ -75,8 +78,24 @@ class Pair:
     ndim = 1
 
 
+class HostileList(list):
+    """A list that cannot be gone through."""
+
+    def __iter__(self):
+        raise RuntimeError("no iteration")
+
+
+class HostileText(str):
+    """A text that compares with nothing."""
+
+    def __eq__(self, other):
+        raise RuntimeError("no equality")
+
+    __hash__ = str.__hash__
+
+
 PLACE = tempfile.mkdtemp()  # all that a call may write lies here
-NOTHING, HOSTILE, GENERATOR = object(), Hostile(), (i for i in ())
+NOTHING, HOSTILE, GENERATOR, COUNTER = object(), Hostile(), (i for i in ()), itertools.count()
 STRANGE = [
     NOTHING,
     HOSTILE,
@@ -91,6 +110,17 @@ STRANGE = [
     range(0),
     memoryview(b"ab"),
     ...,
+    frozenset("q0"),
+    decimal.Decimal("1.5"),
+    np.complex128(1.0),
+    np.datetime64("2020-01-01"),
+    np.timedelta64(3, "s"),
+    np.bytes_(b"q0"),
+    np.array(None),
+    np.ma.masked,
+    slice(0, 1),
+    bf.systems,
+    COUNTER,
 ]
 LISTS = [
     [],
@@ -102,8 +132,14 @@ LISTS = [
     [None],
     [[1.0], [2.0, 3.0]],
     np.array([]),
+    [True, 1.0],
+    np.ma.array([1.0, 2.0], mask=[True, False]),
+    np.array([1.0, None]),
+    np.array([1j, 2.0]),
+    np.array(["2020"], "M8[Y]"),
+    HostileList([1.0]),
 ]
-WORDS = ["", "x", "1.0", "nonsense", "omega ", np.str_("nonsense")]
+WORDS = ["", "x", "1.0", "nonsense", "omega ", np.str_("nonsense"), HostileText("nonsense")]
 BOOLS = [True, False, np.True_, np.array(True)]
 BROKEN = [math.nan, math.inf, -math.inf, np.float64("nan"), np.array(math.inf)]
 NUMBERS = [3, 2.5, -1, np.float64(1.5), np.int64(2), np.array(2.0), 0]
@@ -124,6 +160,13 @@ NO_LIST = [
     np.array(["1.0"]),
     [HOSTILE],
     ["1.0"],
+    [True, 1.0],
+    [False, np.timedelta64(1)],
+    np.ma.array([1.0, 2.0], mask=[True, False]),
+    np.array([1.0, None]),
+    np.array(["2020"], "M8[Y]"),
+    [10**400],
+    HostileList([1.0]),
 ]
 NO_RANGE = [
     (1, -1, 10),
@@ -151,6 +194,17 @@ WRONG = {  # what an argument of a kind cannot be
     "word": [*STRANGE, *LISTS, *BOOLS, *NUMBERS, *BROKEN, None, ""],
     "choice": [*STRANGE, *LISTS, *WORDS, 7, -3, math.nan, 1.5],
     "label": [*STRANGE, *LISTS, *BOOLS, *NUMBERS],
+    "far": [*[v for v in NO_WHOLE if not (type(v) is int and v == -3)], 10**6],
+    "complex": [v for v in NO_NUMBER if not isinstance(v, complex | float)],
+    "numbered": [v for v in NO_WHOLE if v is not None],
+    "boxes": [*NO_WHOLE, 0],
+    "scalars": [*NO_LIST, [math.inf], [[1.0, 2.0]], np.zeros((2, 2, 2)), math.nan, (1.0, 2.0)],
+    "offset": [*NO_LIST, -0.1, 1.5, [1.0, 2.0], (0.5, 0.5, 0.5), math.nan],
+    "cells": [*NO_LIST, 0.5, [1.0], -1, [36], 10**30],
+    "pairs": [*NO_LIST, [1.0, 2.0], 3.0, [], [[1.0, 2.0, 3.0]]],
+    "factors": [v for v in [*STRANGE, *BOOLS, 1.5, -3, None, 10**30, [0.0, 0.0], np.zeros((2, 2)), [math.nan], [True, 1.0], [[]]]],
+    "window": [*NO_MAPPING, {"q7": (0.0, 1.0)}, {"q0": (1.0, -1.0)}, {"q0": 1.0}],
+    "two": [*NO_RANGE, *STRANGE, *WORDS, *BOOLS, (1.0, 0.0), (0.0, 0.0), (0.0, math.nan), (0.0, 1.0, 2.0, 3.0)],
     "named": [*NO_OBJECT, "nonsense", "restitution[0]"],
     "side": [*STRANGE, *LISTS, *WORDS, *BROKEN, 0, 2, 1.5, None, True, HOSTILE],
     "object": NO_OBJECT,
@@ -210,8 +264,7 @@ WRONG = {  # what an argument of a kind cannot be
         *STRANGE[:10],
         *BOOLS,
         *BROKEN,
-        "x",
-        "",
+            "",
         0,
         -1,
         1.5,
@@ -341,6 +394,15 @@ def made() -> dict[str, Any]:
     found["feedback"] = bf.control.feedback_range(found["saddle"], samples=5)
     found["branch"].save(f"{PLACE}/branch.npz")
     found["figure"] = bf.plotting.figure()[0]
+    found["certificate"], found["branch certificate"] = found["orbit"].certify(), found["branch"].certify(stretches=False)
+    found["point certificate"] = found["point"].certify()
+    found["feedback basins"] = bf.control.feedback_basins(
+        found["delayed"], found["delayed_orbit"], bf.Grid(q0=(-1, 0, 2), v0=(-1, 0, 2)), max_periods=5
+    )
+    found["method"], found["section"] = bf.HarmonicBalance(3), bf.Section("q0")
+    found["special points"], found["mode"] = found["branch"].special_points, bf.extended_mode(found["conservative"], 0.1)
+    found["stop"], found["slider"], found["driven"] = el.RigidStop(), el.Jenkins(), el.Driven(el.Jenkins())
+    found["shown"] = of_system(A)
     return found
 
 
@@ -349,7 +411,6 @@ NOT_CALLED = {  # what a user never calls: the protocol of elements and problems
     "to_record",
     "of_halves",
     "joined",
-    "reaching",
     "mirrored",
     "mirrored_guard",
     "mirrored_key",
@@ -367,19 +428,12 @@ NOT_CALLED = {  # what a user never calls: the protocol of elements and problems
     "with_labels",
     "balance",
     "condensed",
-    "x",
-    "labeller",
     "place",
     "places",
     "base",
-    "require",
-    "wrapped",
-    "cells_of",
     "starts",
-    "crossings",
     "rows",
     "seated",
-    "of",
     "step",
     "slope",
     "piece_of",
@@ -461,6 +515,8 @@ def bases(m) -> dict[str, dict]:
         "describe": "orbit",
         "animate_orbit": "orbit",
         "plot_controlled": "controlled",
+        "plot_feedback": "feedback",
+        "plot_map_diagram": "map diagram",
     }
     first = {name: next(iter(inspect.signature(getattr(bf.plotting, name)).parameters)) for name in plot}
     return {
@@ -552,9 +608,24 @@ def bases(m) -> dict[str, dict]:
         "Branch.distance": {"points": [[1.4, 0.1]]},
         "Branch.extend": {"bounds": (1.2, 1.42), "max_steps": 1},
         "ParameterCurve.column": {"name": "omega"},
-        "ParameterCurve.distance": None,
-        "ParameterCurve.extend": None,
-        "ParameterCurve.certify": None,
+        "ParameterCurve.distance": {"points": [[1.4, 0.1]], "measure": "amplitude"},
+        "ParameterCurve.extend": {"bounds": (0.5, 0.561), "max_steps": 1},
+        "ParameterCurve.certify": {},
+        "Branch.x": {"i": 0},
+        "Branch.reaching": {"low": 1.3, "high": 1.4},
+        "Certificate.contains": {"multiplier": 0.5},
+        "FeedbackBasins.points": {"label": 0},
+        "Grid.cells_of": {"points": [[0.0, 0.0]]},
+        "Grid.wrapped": {"points": [[0.0, 0.0]]},
+        "Grid.require": {"bytes_a_cell": 8.0, "what": "a map"},
+        "Section.crossings": {"motion": m["trajectory"]},
+    "RigidStop.with_parameters": {"gap": 1.0},
+        "Jenkins.with_parameters": {"stiffness": 1.0},
+        "Driven.with_parameters": {"amplitude": 1.0},
+        "plotting.plot_peaks": {"curves": {"a": (m["branch"], [(1.3, 0.5)])}, "name": "omega"},
+        "plotting.plot_responses": {"branches": [m["branch"]], "values": [0.5], "name": "amplitude"},
+        "plotting.drawn": {"plot": drawn, "rows": 1, "columns": 1},
+        "explore.Session": {"first": m["shown"]},
         "BasinMap.points": {"label": 0},
         "CellMap.points": {"label": 0},
         "CellMap.density": {"group": 0},
@@ -576,7 +647,8 @@ def bases(m) -> dict[str, dict]:
         "SquareRootMap.diagram": {"parameter": "mu", "values": [0.1], "transient": 5, "keep": 3},
         "SpecialPoints.of": {"kind": "fold"},
         "Trajectory.animate": {"frames": 2},
-        "BasinMap.uncertainty": None,
+        "BasinMap.uncertainty": {},
+        "BasinMap.labeller": {},
     }
 
 
@@ -585,9 +657,34 @@ SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of the
     "lyapunov_exponents": {"y0": "start"},
     "bifurcation_diagram": {"starts": "start"},
     "parameter_chart": {"starts": "count"},
-    "Branch.distance": {"points": "list"},
-    "Branch.plot": {"points": "list"},
-    "ParameterCurve.plot": {"points": "list"},
+    "Branch.distance": {"points": "pairs"},
+    "ParameterCurve.distance": {"points": "pairs"},
+    "Branch.plot": {"points": "pairs"},
+    "Branch.x": {"i": "far"},
+    "Branch.reaching": {"low": "number", "high": "number"},
+    "SpecialPoints.of": {"kind": "word"},
+    "Certificate.contains": {"multiplier": "complex"},
+    "BasinMap.points": {"label": "numbered"},
+    "CellMap.points": {"label": "numbered"},
+    "FeedbackBasins.points": {"label": "numbered"},
+    "BasinMap.entropy": {"side": "boxes"},
+    "FeedbackBasins.entropy": {"side": "boxes"},
+    "Grid.points": {"cells": "cells", "offset": "offset"},
+    "Grid.cells_of": {"points": "pairs"},
+    "Grid.wrapped": {"points": "pairs"},
+    "HarmonicBalance.layout": {"n": "points"},
+    "Grid.require": {"bytes_a_cell": "positive", "what": "label"},
+    "systems.friction_damped_oscillator": {"damping": "number"},
+    "systems.jenkins_oscillator": {"limit": "ratio"},
+    "systems.rotating_frame_rotor": {"nu": "number"},
+    "SquareRootMap.iterate": {"n": "index"},
+    "plotting.drawn": {"plot": "function"},
+    "plotting.plot_peaks": {"curves": "object"},
+    "plotting.plot_responses": {"measured": "pairs"},
+    "explore.Session": {"first": "object"},
+    "RigidStop.with_parameters": {"gap": "number", "restitution": "number", "nonsense": "number"},
+    "Jenkins.with_parameters": {"stiffness": "number", "limit": "ratio", "nonsense": "number"},
+    "Driven.with_parameters": {"amplitude": "number", "stiffness": "number", "nonsense": "number"},
     "plotting.plot_branch": {"points": "flag"},
     "plotting.plot_curve": {"points": "flag"},
     "System.parameter": {"name": "named"},
@@ -601,13 +698,13 @@ SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of the
     "explore.serve": {"path": "label"},
     "systems.macro_slip_contact": {"harmonic_y": "count"},
     "Grid": {"q0": "range", "z0": "range"},
-    "BasinMap.zoom": {"q0": "range", "z0": "range"},
+    "BasinMap.zoom": {"q0": "two", "z0": "two"},
     "OGYController.correction": {"state": "state"},
     "elements.LinearSpring": {"damping": "number"},
     "systems.impact_chain": {"damping": "number"},
     "elements.Jenkins": {"limit": "ratio"},
     "control.controlled_multipliers": {"least": "positive"},
-    "elements.Force": {"site": "seat", "stiffness": "number"},
+    "elements.Force": {"site": "factors", "stiffness": "number"},
     "control.ogy": {"method": "choice"},
     "plotting.plot_full_spectrum": {"most": "positive"},
     "load": {"elements": "classes"},
@@ -617,6 +714,10 @@ SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of the
     "Model.system": {"omega": "positive"},
     "Reduction.valid_to": {"tolerance": "positive"},
 }
+
+
+def drawn(ax):
+    """A picture with nothing in it."""
 
 
 def matrix(speed=0.0):
@@ -734,28 +835,45 @@ def means(case: Case, name: str, kind: str, value) -> bool:
         return kind in ("list", "array", "elements", "axes", "states", "start", "place")
     if name == "bounds":
         return isinstance(value, list | np.ndarray) and str(value) in ("[1.0, 2.0]", "[1. 2.]")
+    if name == "q0" and case.name == "BasinMap.zoom":
+        return isinstance(value, tuple) and value == (0, 1)
     if name == "limit":
         return isinstance(value, float | np.ndarray) and np.ndim(value) == 0 and value == math.inf
-    if name in ("x0", "guess"):
+    if name in ("x0", "guess") and case.name.startswith("SquareRootMap"):  # of one dimension
+        return value is None or isinstance(value, float) and value == 3.0 or isinstance(value, tuple) and value == (1.0,)
+    if name in ("y0", "guess", "start", "starts") and isinstance(value, tuple) and value == (1.0, 2.0, 3.0):
+        return case.base.get("system") is made()["friction"]  # which has a memory state
+    if name == "guess":
         return isinstance(value, tuple) and value == (1.0,) and case.name != "find_orbit"
-    if name == "periodic":
-        return value.size == 0 if isinstance(value, np.ndarray) else isinstance(value, list) and not value
+    if name in ("periodic", "saddle"):
+        return value.size == 0 if isinstance(value, np.ndarray) else isinstance(value, list) and not len(value)
     if name == "at":  # components are looked up when a system is known
         return isinstance(value, dict) and "q7" in value
-    return name == "element" and isinstance(value, str) and value == "x"
+    return name == "element" and type(value) is str and value == "x"
+
+
+def everything(among=None):
+    """Yield every malformed call (case, argument, value) there is."""
+    for case in among or cases():
+        for name, kind in arguments(case).items():
+            default = getattr(inspect.signature(case.function).parameters.get(name), "default", ...)
+            for value in WRONG[kind] if kind else ():
+                if not (value is None and default is None or means(case, name, kind, value)):
+                    yield case, name, (i for i in ()) if isinstance(value, types.GeneratorType) else value
+        yield case, "unknown_argument", 1.0
 
 
 def draw(seed: int, count: int, among=None):
     """Yield malformed calls (case, argument, value), each kind of case as often as it has arguments."""
     rng = np.random.default_rng(seed)
-    everything = [
+    every = [
         (case, name, kind)
         for case in among or cases()
         for name, kind in arguments(case).items()
         if kind is not None and WRONG[kind]
     ]
-    for k in rng.permutation(np.arange(count) % len(everything)).tolist():
-        case, name, kind = everything[k]
+    for k in rng.permutation(np.arange(count) % len(every)).tolist():
+        case, name, kind = every[k]
         default = getattr(inspect.signature(case.function).parameters.get(name), "default", ...)
         if rng.random() < 0.02:
             yield case, f"unknown_{name}", 1.0

@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 
-from ...checks import shown
+from ...checks import checked, is_real, scalar, shown
 from ..attractors.attractors import section_points
 
 NONE = "-1 marks starts that led to no attractor"
@@ -37,6 +37,7 @@ class LabelledStarts:
         """
         return section_points(self.attractors[numbered("label", label, len(self.attractors), NONE)], self.section)
 
+    @checked()
     def entropy(self, side: int = 5) -> Any:
         """Return basin and boundary entropy over boxes of ``side`` cells; None: not known."""
         return None
@@ -49,7 +50,8 @@ def numbered(name: str, number: Any, count: int, none: str) -> int:
     ------
     ValueError
     """
-    if isinstance(number, bool | np.bool_) or not isinstance(number, int | np.integer) or not 0 <= number < count:
+    given = scalar(number)
+    if not is_real(given) or not isinstance(given, int | np.integer) or not 0 <= given < count:
         there = f"it must be 0 .. {count - 1}" if count else "there is none"
         raise ValueError(f"{name} = {shown(number)} is not allowed; {there} ({none})")
-    return int(number)
+    return int(given)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import io, plotting
-from ...checks import EQUATIONS, checked, floats, number, refused, whole, word
+from ...checks import EQUATIONS, checked, floats, number, of, refused, whole, word
 from ...content import Content
 from ...notebook import Notebook
 from ..kinds import End, StopReason
@@ -103,7 +103,7 @@ class Branch(Content, Notebook):
         return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends,
                    (options.low, options.high), stored, unresolved)
 
-    @checked(low=number, high=number)
+    @checked(low=of(number, finite=False), high=of(number, finite=False))
     def reaching(self, low, high) -> "Branch":
         """Return the branch with problems that are defined between two values of the parameter."""
         made: dict = {}
@@ -304,7 +304,10 @@ class Branch(Content, Notebook):
     @checked(problem=EQUATIONS)
     def load(cls, path, problem=None, elements=()) -> "Branch":
         """Read a branch from a file; see `from_record`."""
-        return io.made(path, functools.partial(cls.from_record, problem=problem, elements=elements), *io.read(path))
+        header, arrays = io.read(path)
+        if header.get("kind") not in ("branch", "curve"):
+            raise io.FileFormatError(f"{path} holds a {header.get('kind')!r}, expected a 'branch'")
+        return io.made(path, functools.partial(cls.from_record, problem=problem, elements=elements), header, arrays)
 
     # ---- private -----------------------------------------------------------------------------------------------------
 

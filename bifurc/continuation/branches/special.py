@@ -5,7 +5,7 @@ from typing import Any, ClassVar, SupportsFloat
 
 import numpy as np
 
-from ...checks import checked
+from ...checks import checked, choice
 from ...content import Content, handed_out
 from ...lazy import Later
 from ...notebook import Notebook, Table
@@ -183,7 +183,7 @@ class SpecialPoints(Table):
 
     def of(self, kind) -> "SpecialPoints":
         """Return the points of one kind."""
-        kind = SpecialPointKind(kind)
+        kind = SpecialPointKind(choice("SpecialPoints.of", "kind", kind, tuple(item.value for item in SpecialPointKind)))
         return SpecialPoints(point for point in self if point.kind is kind)
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from ...checks import choice, number, whole
+from ...checks import choice, number, refused, whole
 from ..atrow import AtRow
 from ..kinds import EventKind
 from ..local import Affine, affine, lam, rate, s, u, wave, z
@@ -180,7 +180,8 @@ class Coulomb(OnBelt, LoadedContact):
             number(name, "friction_negative", self.friction_negative, least=0.0)
         number(name, "static_ratio", self.static_ratio, least=1.0)
         if self.static is not None:
-            number(name, "static", self.static, least=max(self.limits))
+            if not self.static >= max(self.limits):
+                raise refused(name, "static", self.static, f"at least friction = {max(self.limits):g}")
             if self.static_ratio != 1.0:
                 raise ValueError(f"{name}: static_ratio = {self.static_ratio!r} is not allowed beside static = {self.static!r}; "
                                  "give one of them")
@@ -297,7 +298,8 @@ class Stribeck(FallingFriction, AtRow):
         super().__post_init__()
         name = type(self).__name__
         number(name, "kinetic", self.kinetic, least=0.0)
-        number(name, "static", self.static, least=self.kinetic)
+        if not self.static >= self.kinetic:
+            raise refused(name, "static", self.static, f"at least kinetic = {self.kinetic:g}")
         number(name, "speed", self.speed, above=0.0)
         choice(name, "curve", self.curve, ("exponential", "hyperbolic"))
 

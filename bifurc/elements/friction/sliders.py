@@ -3,7 +3,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from ...checks import many, number, of
+from ...checks import floats, many, number, of, refused, vector
 from ..atrow import AtRow
 from ..local import u
 
@@ -27,8 +27,10 @@ class Sliders(AtRow):
 
     def no_list(self, field: str) -> ValueError:
         """Return the error of a field that is not one number a slider."""
-        return ValueError(f"{type(self).__name__}: {field} = {getattr(self, field)!r} is not allowed; "
-                          f"it must be a list of numbers, one a {self.each}, at least one")
+        others = [f"{name} has {len(vector('', name, getattr(self, name)))}" for name in self.tuples
+                  if name != field and floats(getattr(self, name)) is not None]
+        return refused(type(self).__name__, field, getattr(self, field), f"a list of numbers, one a {self.each}, at least one"
+                       f"{'; ' * bool(others)}{', '.join(others)}")
 
     @property
     def count(self) -> int:

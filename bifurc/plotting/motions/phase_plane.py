@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from ...checks import MOVING, checked, like, whole
+from ...checks import MOVING, checked, like, of, whole
 from .. import style
 from .rotors import draw_rotor, relative, ring_of
 
@@ -16,7 +16,8 @@ _JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
 
 
 @style.styled
-@checked(orbit=MOVING)
+@checked(orbit=like("a periodic orbit, see find_orbit", "sample", "system", "period", "periods"),
+         samples=of(whole, least=2, most=10**8))
 def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, samples: int = 4000) -> list[Axes]:
     """Draw a periodic orbit: phase plane with the stops, and one period against time with the events marked.
 
@@ -95,7 +96,7 @@ def _sections(ax: Axes, system: Any, t: np.ndarray, y: np.ndarray, times: np.nda
             markersize=6 if len(times) < 20 else 3)
 
 
-@checked(attractor=like("a motion or an attractor", "regime", "events"))
+@checked(attractor=like("an orbit or an attractor", "regime", "events", "periods"))
 def describe(attractor: Any) -> str:
     """Return words for an attractor: its period in forcing periods, its impacts and its contacts with what gives way."""
     if attractor.regime:
