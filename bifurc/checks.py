@@ -4,6 +4,8 @@ A *kind* is a function ``(owner, name, value)`` that returns the value in its pl
 argument, value, and what is allowed.  `checked` looks most kinds up in `KINDS` by the name of the argument, which means the same
 everywhere; a verb writes only what is special about it.  What needs more than the argument itself (a name among the parameters of
 a system, a label among those of a map) is checked where it is known.
+
+One file, because it is the one place: the kinds, what arguments mean by their names, and the decorator that joins them.
 """
 import functools
 import itertools

@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -97,7 +98,7 @@ class Grid:
 
         ``offset`` (scalar or d numbers in 0 .. 1) is the place in the cell: 0.5 its centre.
         """
-        places = np.empty(0) if floats(cells) is None else np.asarray(cells)
+        places: Any = np.empty(0) if floats(cells) is None else np.asarray(cells)
         if places.dtype.kind not in "iu" or places.size and not 0 <= places.min() <= places.max() < self.size:
             raise refused("Grid.points", "cells", cells, f"numbers of cells, 0 to {self.size - 1}")
         where = np.stack(np.unravel_index(places, self.shape), axis=-1)

@@ -52,7 +52,7 @@ def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System
             return names.index(name)
         node = name.split(".")[0]
         near = [other for other in names if other.split(".")[0] == node] or list(names[:8])
-        raise ValueError(f"{owner}: {argument} = {shown(dof)} is no degree of freedom; there are {', '.join(near[:8])}"
+        raise ValueError(f"{owner}: {argument}: there is no degree of freedom {shown(dof)}; there are {', '.join(near[:8])}"
                          f"{' ...' if len(names) > len(near[:8]) else ''}")
     return whole(owner, argument, dof, least=0, most=n - 1)
 

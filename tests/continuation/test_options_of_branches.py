@@ -15,11 +15,9 @@ def test_bounds_are_an_unordered_pair(given, found):
     assert ordered_bounds(given) == found
 
 
-@pytest.mark.parametrize("given, words", [((1.0, 1.0), "two different numbers"), ((math.nan, 1.0), "two different numbers"),
-                                          ((0.0, math.nan), "two different numbers"), ((1.0,), "two numbers"),
-                                          ((1.0, 2.0, 3.0), "two numbers"), ("ab", "two numbers"), (3.0, "two numbers")])
-def test_bounds_that_are_none_are_named(given, words):
-    with pytest.raises(ValueError, match=f"bounds must be {words}"):
+@pytest.mark.parametrize("given", [(1.0, 1.0), (math.nan, 1.0), (0.0, math.nan), (1.0,), (1.0, 2.0, 3.0), "ab", 3.0, (True, 2.0)])
+def test_bounds_that_are_none_are_named(given):
+    with pytest.raises(ValueError, match="bounds = .* must be two different numbers"):
         ordered_bounds(given)
 
 
@@ -37,10 +35,10 @@ def test_the_longest_step_follows_the_first_where_none_is_given():
 
 
 @pytest.mark.parametrize("wrong, words", [
-    ({"ds": 0.0}, "ds must be positive and finite, got 0.0"), ({"ds": math.inf}, "ds must be"), ({"ds": True}, "ds must be"),
-    ({"ds_max": -1.0}, "ds_max must be positive"), ({"ds_min": math.nan}, "ds_min must"), ({"ds_min": "a"}, "ds_min must"),
-    ({"ds_min": 0.3, "ds_max": 0.2}, "ds_min = 0.3 must not exceed ds_max = 0.2"), ({"max_steps": -1}, "max_steps must be a whole"),
-    ({"max_steps": 1.0}, "max_steps must be a whole"), ({"max_steps": True}, "max_steps must be a whole")])
+    ({"ds": 0.0}, "ds = 0.0 is not allowed; it must be"), ({"ds": math.inf}, "ds = "), ({"ds": True}, "ds = "),
+    ({"ds_max": -1.0}, "ds_max = -1.0 is not allowed"), ({"ds_min": math.nan}, "ds_min = "), ({"ds_min": "a"}, "ds_min = "),
+    ({"ds_min": 0.3, "ds_max": 0.2}, "ds_min = 0.3 must not exceed ds_max = 0.2"), ({"max_steps": -1}, "max_steps = .*a whole"),
+    ({"max_steps": 1.0}, "max_steps = .*a whole"), ({"max_steps": True}, "max_steps = .*a whole")])
 def test_lengths_that_are_none_are_named(wrong, words):
     with pytest.raises(ValueError, match=words):
         options(**wrong)

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...checks import POSITIVE, checked
 from ...content import Content
 from ..kinds import SpecialPointKind
 from .confirm import agrees, confirmed
@@ -82,6 +83,7 @@ class Grazing(Content):
         """Whether the jump is one with hysteresis: the orbit with one impact a period exists on the free side too."""
         return bool(self.verdict is GrazingVerdict.JUMP and self.births.size and self.births[0] < 0.0)
 
+    @checked(eps=POSITIVE)
     def expected(self, eps: float):
         """Return what the discontinuity map of the touch makes of a motion at a distance beyond, a `LocalMotion`.
 
