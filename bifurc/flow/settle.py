@@ -423,9 +423,7 @@ def _combinations(scene, m, joined, further, x):
         keys = list(dict.fromkeys([*keys, scene.keys[m][element], *further.get(element, ())]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):
-        mode = scene.combined(m, dict(choice))
-        if mode is not None:
-            yield mode
+        yield from scene.tried(m, dict(choice))
 
 
 def _say(scene, m, why):
