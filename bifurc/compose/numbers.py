@@ -51,6 +51,33 @@ def cancelled(values, sizes):
     return np.where(np.abs(values) <= CANCELLED * sizes, 0.0, values)
 
 
+def determined(J):
+    """Return the coordinates that held rows ``J`` (holds, n) determine, and how they move with the rows (coordinates, holds).
+
+    A row of one coordinate does, or of one beside others that are determined; as many rows as coordinates determine all.
+    """
+    holds, n = J.shape
+    alone = np.count_nonzero(J, axis=1) == 1
+    if alone.all():
+        at = np.abs(J).argmax(axis=1)
+        return at.tolist(), np.diag(1.0 / J[np.arange(holds), at])
+    if holds == n:
+        return list(range(n)), np.linalg.inv(J)
+    fixed: dict[int, np.ndarray] = {}
+    if not alone.any():
+        return [], np.zeros((0, holds))
+    for _ in range(holds):
+        known = len(fixed)
+        for k, row in enumerate(J):
+            places = [int(c) for c in row.nonzero()[0] if int(c) not in fixed]
+            if len(places) == 1:
+                others = sum((row[c] * moves for c, moves in fixed.items()), np.zeros(holds))
+                fixed[places[0]] = (np.eye(holds)[k] - others) / row[places[0]]
+        if len(fixed) == known:
+            break
+    return list(fixed), np.array(list(fixed.values()))
+
+
 def layout(like: Tables) -> list[tuple[slice, tuple[int, ...]]]:
     """Return place and shape of each part of ``like.flat``."""
     parts, start = [], 1
@@ -118,7 +145,7 @@ class Held(NamedTuple):
     D: np.ndarray  # (n, holds) J^T push
     solve: np.ndarray  # (holds, holds) (J M^-1 D)^-1
     lam: np.ndarray  # (holds, nx) multipliers
-    fixed: list[int]  # coordinates that are held themselves, not in a combination
+    fixed: list[int]  # coordinates that the rows determine, see `determined`
 
 
 class Packer:
@@ -405,7 +432,8 @@ class Packer:
             if law.stage != parts.GUARD and self.acting(law, keys):
                 push = self.sites[law.element].X
                 if hold.owners and law.stage != parts.KICK:
-                    push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
+                    for _ in range(2):  # the second takes away what rounding of the first has left
+                        push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
                     push[hold.fixed] = 0.0
                 if law.stage == parts.REST:  # how the coordinates move for the rows to move by one, as far as others let them
                     push = push @ np.linalg.pinv(self.sites[law.element].J @ push)
@@ -432,14 +460,15 @@ class Packer:
         sizes = np.abs(solve) @ (np.abs(J) @ np.abs(terms))
         taken, moved = cancelled(-solve @ (J @ terms), sizes), solve @ rest
         lam = cancelled(taken.sum(axis=0) - moved, sizes.sum(axis=0) + np.abs(moved))
-        alone = [(i, int(places[0])) for i, row in enumerate(J) if (places := row.nonzero()[0]).size == 1]
-        if len(alone) < self.frame.n:
+        fixed, moves = determined(J)
+        if len(fixed) < self.frame.n:
             left = cancelled(terms + X @ taken, np.abs(terms) + np.abs(X) @ np.abs(taken))
             free[:] = left.sum(axis=0) - X @ moved
-        for i, place in alone:  # a held coordinate stays exactly: no rounding is left in its acceleration
-            free[place] = 0.0 - rest[i] / J[i, place]
+        free[fixed] = 0.0 - moves @ rest  # a held coordinate stays exactly: no rounding is left in its acceleration
+        if len(owners) > len(fixed) < self.frame.n:  # nor in that of a light mass beside a heavy one, of which little is left
+            free -= np.where(free, X @ (solve @ (J @ free + rest)), 0.0)
         T.H[m, :len(owners)] = [site.S[row] for site, row in sites]
-        return Held(owners, J, D, solve, lam, [place for _, place in alone])
+        return Held(owners, J, D, solve, lam, fixed)
 
     def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
         """Return own multipliers by unit forces of all laws, (own, rows of laws)."""
