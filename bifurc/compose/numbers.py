@@ -18,6 +18,7 @@ from .tables import Tables
 
 EMPTY = np.empty((0, 0))
 RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular value are dependent
+REFINED = 3  # times that speeds are put to rest: each leaves of them what a light mass beside a heavy one makes of rounding
 CANCELLED = 4e-15  # of what a number is the sum of, below which it is the rounding of a zero
 
 
@@ -76,6 +77,12 @@ def determined(J):
         if len(fixed) == known:
             break
     return list(fixed), np.array(list(fixed.values()))
+
+
+def scaled_inverse(M):
+    """Return the inverse of a mass matrix, in units of each coordinate in which its mass is about 1: pivots compare like with like."""
+    unit = 2.0 ** -np.round(0.5 * np.log2(np.diagonal(M)))
+    return np.linalg.inv(M * np.outer(unit, unit)) * np.outer(unit, unit)
 
 
 def layout(like: Tables) -> list[tuple[slice, tuple[int, ...]]]:
@@ -156,7 +163,7 @@ class Packer:
         self.core = WatchedCore(system.core)
         M, C, K, _ = system.core
         n = system.n
-        self.inverse = 1.0 / M if n == 1 else np.linalg.inv(M)
+        self.inverse = 1.0 / M if n == 1 else scaled_inverse(M)
         if n > 1 and not np.any(M - np.diag(np.diagonal(M))):
             self.inverse = np.diag(1.0 / np.diagonal(M))
         self.core_rows = np.zeros((n, frame.nx))
@@ -258,9 +265,12 @@ class Packer:
         if held:
             J = np.array([rows[hold.row] for hold, rows, _ in held])
             X = self.inverse @ np.array([hold.push @ rows for hold, rows, _ in held]).T
-            impulses = np.linalg.solve(J @ X, [speeds[hold.row] for hold, _, speeds in held])
-            y[n:2 * n] -= X @ impulses
-            sizes[n:2 * n] += np.abs(X) @ np.abs(impulses)
+            solve = np.linalg.inv(J @ X)
+            impulses = solve @ [speeds[hold.row] for hold, _, speeds in held]
+            for _ in range(REFINED):
+                y[n:2 * n] -= X @ impulses
+                sizes[n:2 * n] += np.abs(X) @ np.abs(impulses)
+                impulses = solve @ [self._met(e, y)[1][hold.row] for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
         return y, sizes
 
     def _met(self, element: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -175,3 +175,22 @@ def test_walls_that_approach_each_other_catch_a_mass():
     walls = [RigidStop(0.0, 0.5, amplitude=0.1, harmonic=1, phase=np.pi / 2.0), RigidStop(0.0, 0.5, side=-1)]
     motion = bf.simulate(bf.System(1.0, 0.0, 0.0, walls, omega=1.0), (0.0, 0.0), duration=1.0)
     assert motion.status in ("inconsistent", "too_many_events")
+
+
+@pytest.mark.parametrize("restitutions", [(0.24, 0.73), (0.0, 0.9), (0.99, 0.5)])
+@pytest.mark.parametrize("light", [1e-3, 1e-5, 1e-9, 1.0 / 1.3e10])
+def test_a_heavy_mass_is_stopped_by_a_light_one_at_a_wall(light, restitutions):
+    """Each pair of impacts takes some light / heavy of the speed: a billion of them are infinitely many, and all rests at once."""
+    system = balls([1.0, light], [((1.0, -1.0), restitutions[0]), ((0.0, 1.0), restitutions[1])])
+    motion = bf.simulate(system, [0.0, 0.0, 1.0, 0.0], duration=1.0)
+    assert motion.success and np.abs(motion.final).max() < 1e-12
+
+
+def test_an_elastic_light_mass_returns_a_heavy_one():
+    """The same without losses: the heavy mass turns round, after some pi/2 sqrt(heavy/light) impacts at the wall (Galperin 2003)."""
+    light = 1e-4
+    system = balls([1.0, light], [((1.0, -1.0), 1.0), ((0.0, 1.0), 1.0)])
+    motion = bf.simulate(system, [0.0, 0.0, 1.0, 0.0], duration=1.0, max_events=500)
+    v = motion.final[2:]
+    assert motion.success and v @ np.diag([1.0, light]) @ v == pytest.approx(1.0, rel=1e-12) and v[0] < -0.999
+    assert len(motion.events) == int(np.pi / np.arctan(np.sqrt(light)))
