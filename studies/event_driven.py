@@ -23,6 +23,7 @@ NOTHING = LONG(1e-15)  # relative: what is zero
 SLOW = LONG(1e-13)  # over the largest speed: an impact that is the end of a chattering
 MOST_IMPACTS = 2000  # of one instant, before it is asked whether they die out
 MOST_EVENTS = 800  # beyond them it is no comparison of events any more, but of roundings
+TOO_MANY = "too many events"
 
 
 class Undecided(Exception):
@@ -391,6 +392,7 @@ class Motion:
         self.largest = np.abs(self.z)
         self.seen(self.z)
         self.events, self.impacts, self.log = 0, 0, []
+        self.ignored = LONG(0)  # largest speed, of coordinates with unit mass and time, that was taken for rest
         self.states = self.fired = None
         self.settle()
 
@@ -415,7 +417,7 @@ class Motion:
             if event:
                 self.events += 1
                 if self.events > MOST_EVENTS:
-                    raise Undecided("too many events")
+                    raise Undecided(TOO_MANY)
                 self.settle()
 
     def advance(self, left):
@@ -477,8 +479,11 @@ class Motion:
 
     def still(self, i):
         """Whether a row is at rest."""
-        g = self.I.speed(i)
-        return self.zero(g, SLOW * self.largest[self.I.n] * np.sqrt(self.I.rows[i] @ self.I.rows[i]))
+        g, length = self.I.speed(i), np.sqrt(self.I.rows[i] @ self.I.rows[i])
+        found = self.zero(g, SLOW * self.largest[self.I.n] * length)
+        if found:
+            self.ignored = max(self.ignored, abs(g @ self.z) / length)
+        return found
 
     def settle(self):
         """Carry out the impacts of this instant, and find the states that follow."""
@@ -495,16 +500,21 @@ class Motion:
             row = I.rows[i]
             self.z[:n] -= row * contacts[i].side * (I.depth(i) @ self.z) / (row @ row)
         hits: list = []
+        fastest = False  # the first contact in their order strikes first; the fastest where that has no end
         while True:
             speeds = [(contacts[i].side * (I.speed(i) @ self.z) / np.sqrt(I.rows[i] @ I.rows[i]), i) for i in touching
                       if not self.still(i)]
-            hit = max(speeds, default=(0, None))
-            if hit[0] <= 0:
+            closing = [hit for hit in speeds if hit[0] > 0]
+            if not closing:
                 break
             if len(hits) == MOST_IMPACTS:
-                self.die_out(hits)
+                if not self.dies_out(hits):
+                    if fastest:
+                        raise Undecided("impacts of one instant do not end")
+                    fastest = True
                 hits.clear()
                 continue
+            hit = max(closing) if fastest else closing[0]
             i = hit[1]
             row = I.rows[i]
             self.z[n:2 * n] -= row * (1 + LONG(contacts[i].restitution)) * (row @ self.z[n:2 * n]) / (row @ row)
@@ -518,18 +528,19 @@ class Motion:
                 return
         raise Undecided(f"no combination of {options} may follow")
 
-    def die_out(self, hits):
+    def dies_out(self, hits) -> bool:
         """Put to rest what impacts whose speeds fall as a geometric sequence leave: no speed of the rows that take turns."""
         n, quarter = self.I.n, len(hits) // 4
         parts = [hits[k * quarter:(k + 1) * quarter] for k in (1, 2, 3)]
         first, middle, last = (max(speed for speed, _ in part) for part in parts)
-        taking = sorted({i for _, i in parts[0]})
-        if any(sorted({i for _, i in part}) != taking for part in parts) or not last < middle < first \
+        taking = {i for _, i in parts[0]}
+        if any({i for _, i in part} != taking for part in parts) or not last < middle < first \
                 or abs(middle / first - last / middle) > 1e-3 * (1 - middle / first):
-            raise Undecided("impacts of one instant do not end")
-        rows = np.array([self.I.rows[group[0]] for group in self.I.groups if set(group) & set(taking)])
+            return False
+        rows = np.array([self.I.rows[group[0]] for group in self.I.groups if taking & {*group}])
         for _ in range(2):
             self.z[n:2 * n] -= rows.T @ (inverse(rows @ rows.T) @ (rows @ self.z[n:2 * n]))
+        return True
 
     def options(self, i, touching):
         """Return the states that a contact may have now, those that hold first."""

@@ -58,15 +58,11 @@ def determined(J):
     A row of one coordinate does, or of one beside others that are determined; as many rows as coordinates determine all.
     """
     holds, n = J.shape
-    alone = np.count_nonzero(J, axis=1) == 1
-    if alone.all():
-        at = np.abs(J).argmax(axis=1)
-        return at.tolist(), np.diag(1.0 / J[np.arange(holds), at])
     if holds == n:
         return list(range(n)), np.linalg.inv(J)
-    fixed: dict[int, np.ndarray] = {}
-    if not alone.any():
+    if not (np.count_nonzero(J, axis=1) == 1).any():
         return [], np.zeros((0, holds))
+    fixed: dict[int, np.ndarray] = {}
     for _ in range(holds):
         known = len(fixed)
         for k, row in enumerate(J):
@@ -76,7 +72,7 @@ def determined(J):
                 fixed[places[0]] = (np.eye(holds)[k] - others) / row[places[0]]
         if len(fixed) == known:
             break
-    return list(fixed), np.array(list(fixed.values()))
+    return list(fixed), np.array(list(fixed.values())).reshape(-1, holds)
 
 
 def scaled_inverse(M):
@@ -470,13 +466,18 @@ class Packer:
         sizes = np.abs(solve) @ (np.abs(J) @ np.abs(terms))
         taken, moved = cancelled(-solve @ (J @ terms), sizes), solve @ rest
         lam = cancelled(taken.sum(axis=0) - moved, sizes.sum(axis=0) + np.abs(moved))
-        fixed, moves = determined(J)
+        alone = [(i, int(places[0])) for i, row in enumerate(J) if (places := row.nonzero()[0]).size == 1]
+        fixed, moves = ([place for _, place in alone], None) if len(alone) == len(owners) else determined(J)
         if len(fixed) < self.frame.n:
             left = cancelled(terms + X @ taken, np.abs(terms) + np.abs(X) @ np.abs(taken))
             free[:] = left.sum(axis=0) - X @ moved
-        free[fixed] = 0.0 - moves @ rest  # a held coordinate stays exactly: no rounding is left in its acceleration
-        if len(owners) > len(fixed) < self.frame.n:  # nor in that of a light mass beside a heavy one, of which little is left
-            free -= np.where(free, X @ (solve @ (J @ free + rest)), 0.0)
+        if moves is None:  # a held coordinate stays exactly: no rounding is left in its acceleration
+            for i, place in alone:
+                free[place] = 0.0 - rest[i] / J[i, place]
+        else:
+            free[fixed] = 0.0 - moves @ rest
+            if len(fixed) < self.frame.n:  # nor in that of a light mass beside a heavy one, of which little is left
+                free -= np.where(free, X @ (solve @ (J @ free + rest)), 0.0)
         T.H[m, :len(owners)] = [site.S[row] for site, row in sites]
         return Held(owners, J, D, solve, lam, fixed)
 

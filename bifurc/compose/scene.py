@@ -497,27 +497,24 @@ class Scene:
             ends_in.append(end if end is not None and self._possible(end) else None)
         return Leads(tuple(then), tuple(ends_in), still, waiting)
 
-    def _tried(self, keys: tuple, changes: dict[int, Hashable], waiting) -> Iterator[tuple]:
-        """Yield the modes tried, in this order, where the keys of some elements change together in a mode.
+    def _tried(self, keys: tuple, changes: dict[int, Hashable], waiting) -> list[tuple]:
+        """Return the modes tried, in this order, where the keys of some elements change together in a mode.
 
         One row is held once: friction under a mass that rests on a stop is in a mode of slip, without a speed, and ``waiting``.
         Where the stop lets go friction takes hold first; it slips where the load is beyond its static limit, too.  Friction whose
         surface comes to move as the stop does takes hold as well, and the stop lets go.
         """
         new = self._with_keys(keys, changes)
+        possible = self._possible(new)
+        if possible and not waiting:
+            return [new]
         grips = [[(e, key), (e, new[e])] for e, key in waiting if new[e] == keys[e]]
-        for choice in itertools.product(*grips):
-            found = self._with_keys(new, dict(choice))
-            if self._possible(found):
-                yield found
-        if len(changes) == 1 and not self._possible(new) and all(self._grips(e, key) for e, key in changes.items()):
-            for e, key in enumerate(keys):
-                mode = self._packer.mode(e, key)
-                if e not in changes and any(hold.surface is not None for hold in mode.hold):
-                    for released in (other for guard in mode.guards if not callable(guard.then) for other in guard.then):
-                        found = self._with_key(new, e, released)
-                        if self._possible(found):
-                            yield found
+        found = [self._with_keys(new, dict(choice)) for choice in itertools.product(*grips)]
+        if not possible and len(changes) == 1 and all(self._grips(e, key) for e, key in changes.items()):
+            found += [self._with_key(new, e, released) for e, key in enumerate(keys) if e not in changes
+                      and any(hold.surface is not None for hold in self._packer.mode(e, key).hold)
+                      for guard in self._packer.mode(e, key).guards if not callable(guard.then) for released in guard.then]
+        return [other for other in found if self._possible(other)]
 
     def _grips(self, element: int, key: Hashable) -> bool:
         """Return whether an element holds straight rows in a mode, wherever they are."""
@@ -525,6 +522,7 @@ class Scene:
         return bool(holds) and not self.is_curved(element) and all(hold.surface is None for hold in holds)
 
     def _with_keys(self, keys: tuple, changes: dict[int, Hashable]) -> tuple:
+        """Return the keys of a mode with those of some elements changed."""
         for element, key in changes.items():
             keys = self._with_key(keys, element, key)
         return keys
