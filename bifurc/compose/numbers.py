@@ -76,7 +76,7 @@ def determined(J):
 
 
 def scaled_inverse(M):
-    """Return the inverse of a mass matrix, in units of each coordinate in which its mass is about 1: pivots compare like with like."""
+    """Return the inverse of a mass matrix, in units in which each mass is about 1: pivots compare like with like."""
     unit = 2.0 ** -np.round(0.5 * np.log2(np.diagonal(M)))
     return np.linalg.inv(M * np.outer(unit, unit)) * np.outer(unit, unit)
 

@@ -187,7 +187,7 @@ def test_a_heavy_mass_is_stopped_by_a_light_one_at_a_wall(light, restitutions):
 
 
 def test_an_elastic_light_mass_returns_a_heavy_one():
-    """The same without losses: the heavy mass turns round, after some pi/2 sqrt(heavy/light) impacts at the wall (Galperin 2003)."""
+    """The same without losses: the heavy mass turns round, after about pi sqrt(heavy/light) impacts (Galperin 2003)."""
     light = 1e-4
     system = balls([1.0, light], [((1.0, -1.0), 1.0), ((0.0, 1.0), 1.0)])
     motion = bf.simulate(system, [0.0, 0.0, 1.0, 0.0], duration=1.0, max_events=500)

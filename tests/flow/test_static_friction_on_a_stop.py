@@ -49,7 +49,8 @@ ROWS = {
     "hyperbolic law": on_one_row([RigidStop(0.0, 0.5, side=-1)], Stribeck(KINETIC, STATIC, 0.5, curve="hyperbolic")),
     "two masses on stops, friction between them": bf.System(
         np.eye(2), FREE, FREE, [*LOADS, ConstantForce(-1.0, dof=1), RigidStop(0.0, 0.5, side=-1),
-                                RigidStop(0.0, 0.5, side=-1, dof=1), Coulomb(KINETIC, static_ratio=1.4, row=(1.0, -1.0))], omega=OMEGA),
+                                RigidStop(0.0, 0.5, side=-1, dof=1), Coulomb(KINETIC, static_ratio=1.4, row=(1.0, -1.0))],
+        omega=OMEGA),
 }
 
 

@@ -63,7 +63,7 @@ def repeats(order):
 
 
 def left_out(W, ratios, w, first, largest, sums, late, cycle):
-    """Leave out as many repetitions of a ``cycle`` (impacts,) as there are, all in place as in `impacts`; return whether speeds fall.
+    """Leave out as many repetitions of a ``cycle`` (impacts,) as there are, in place as in `impacts`; return whether speeds fall.
 
     The cycle takes the speeds to ``P w``: so many cycles, doubled again and again, take them to a power of P, as long as the next
     cycle there is still the same one.  Powers of P are small among the speeds that impulses change, of a basis Q; what these do not

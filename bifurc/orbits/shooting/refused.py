@@ -76,7 +76,7 @@ def held(scene, mode) -> set[int]:
 
 
 def closes(scene, before, guard, mode, joined) -> bool:
-    """Whether one of the elements ``joined``, a stop that the event of a ``guard`` lets go for friction to hold, comes back at once.
+    """Whether one of the elements ``joined``, a stop that the event of a ``guard`` lets go for friction to hold, is back at once.
 
     The stop and the surface of the friction come to move alike: the acceleration that takes the speed of one past that of the
     other closes the gap, or opens it, whatever the state.
