@@ -11,7 +11,8 @@ from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, RigidStop
 @bf.systems.builder
 def one(ratio=1.4, amplitude=2.0, friction=0.3, omega=0.5, restitution=0.0):
     loads = [ConstantForce(-1.0), HarmonicForce(amplitude, phase=math.pi)]
-    return bf.System(1.0, 0.0, 0.0, [*loads, Coulomb(friction, static_ratio=ratio), RigidStop(0.0, restitution, side=-1)], omega=omega)
+    rough, stop = Coulomb(friction, static_ratio=ratio), RigidStop(0.0, restitution, side=-1)
+    return bf.System(1.0, 0.0, 0.0, [*loads, rough, stop], omega=omega)
 
 
 @bf.systems.builder
