@@ -18,6 +18,7 @@ from .tables import Tables
 
 EMPTY = np.empty((0, 0))
 RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular value are dependent
+REFINED = 3  # times that speeds are put to rest: each leaves of them what a light mass beside a heavy one makes of rounding
 CANCELLED = 4e-15  # of what a number is the sum of, below which it is the rounding of a zero
 
 
@@ -49,6 +50,35 @@ def cancelled(values, sizes):
     What holds cancel would else be a number that no parameter changes smoothly.
     """
     return np.where(np.abs(values) <= CANCELLED * sizes, 0.0, values)
+
+
+def determined(J):
+    """Return the coordinates that held rows ``J`` (holds, n) determine, and how they move with the rows (coordinates, holds).
+
+    A row of one coordinate does, or of one beside others that are determined; as many rows as coordinates determine all.
+    """
+    holds, n = J.shape
+    if holds == n:
+        return list(range(n)), np.linalg.inv(J)
+    if not (np.count_nonzero(J, axis=1) == 1).any():
+        return [], np.zeros((0, holds))
+    fixed: dict[int, np.ndarray] = {}
+    for _ in range(holds):
+        known = len(fixed)
+        for k, row in enumerate(J):
+            places = [int(c) for c in row.nonzero()[0] if int(c) not in fixed]
+            if len(places) == 1:
+                others = sum((row[c] * moves for c, moves in fixed.items()), np.zeros(holds))
+                fixed[places[0]] = (np.eye(holds)[k] - others) / row[places[0]]
+        if len(fixed) == known:
+            break
+    return list(fixed), np.array(list(fixed.values())).reshape(-1, holds)
+
+
+def scaled_inverse(M):
+    """Return the inverse of a mass matrix, in units in which each mass is about 1: pivots compare like with like."""
+    unit = 2.0 ** -np.round(0.5 * np.log2(np.diagonal(M)))
+    return np.linalg.inv(M * np.outer(unit, unit)) * np.outer(unit, unit)
 
 
 def layout(like: Tables) -> list[tuple[slice, tuple[int, ...]]]:
@@ -118,7 +148,7 @@ class Held(NamedTuple):
     D: np.ndarray  # (n, holds) J^T push
     solve: np.ndarray  # (holds, holds) (J M^-1 D)^-1
     lam: np.ndarray  # (holds, nx) multipliers
-    fixed: list[int]  # coordinates that are held themselves, not in a combination
+    fixed: list[int]  # coordinates that the rows determine, see `determined`
 
 
 class Packer:
@@ -129,7 +159,7 @@ class Packer:
         self.core = WatchedCore(system.core)
         M, C, K, _ = system.core
         n = system.n
-        self.inverse = 1.0 / M if n == 1 else np.linalg.inv(M)
+        self.inverse = 1.0 / M if n == 1 else scaled_inverse(M)
         if n > 1 and not np.any(M - np.diag(np.diagonal(M))):
             self.inverse = np.diag(1.0 / np.diagonal(M))
         self.core_rows = np.zeros((n, frame.nx))
@@ -231,9 +261,12 @@ class Packer:
         if held:
             J = np.array([rows[hold.row] for hold, rows, _ in held])
             X = self.inverse @ np.array([hold.push @ rows for hold, rows, _ in held]).T
-            impulses = np.linalg.solve(J @ X, [speeds[hold.row] for hold, _, speeds in held])
-            y[n:2 * n] -= X @ impulses
-            sizes[n:2 * n] += np.abs(X) @ np.abs(impulses)
+            solve = np.linalg.inv(J @ X)
+            impulses = solve @ [speeds[hold.row] for hold, _, speeds in held]
+            for _ in range(REFINED):
+                y[n:2 * n] -= X @ impulses
+                sizes[n:2 * n] += np.abs(X) @ np.abs(impulses)
+                impulses = solve @ [self._met(e, y)[1][hold.row] for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
         return y, sizes
 
     def _met(self, element: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -405,7 +438,8 @@ class Packer:
             if law.stage != parts.GUARD and self.acting(law, keys):
                 push = self.sites[law.element].X
                 if hold.owners and law.stage != parts.KICK:
-                    push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
+                    for _ in range(2):  # the second takes away what rounding of the first has left
+                        push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
                     push[hold.fixed] = 0.0
                 if law.stage == parts.REST:  # how the coordinates move for the rows to move by one, as far as others let them
                     push = push @ np.linalg.pinv(self.sites[law.element].J @ push)
@@ -433,13 +467,19 @@ class Packer:
         taken, moved = cancelled(-solve @ (J @ terms), sizes), solve @ rest
         lam = cancelled(taken.sum(axis=0) - moved, sizes.sum(axis=0) + np.abs(moved))
         alone = [(i, int(places[0])) for i, row in enumerate(J) if (places := row.nonzero()[0]).size == 1]
-        if len(alone) < self.frame.n:
+        fixed, moves = ([place for _, place in alone], None) if len(alone) == len(owners) else determined(J)
+        if len(fixed) < self.frame.n:
             left = cancelled(terms + X @ taken, np.abs(terms) + np.abs(X) @ np.abs(taken))
             free[:] = left.sum(axis=0) - X @ moved
-        for i, place in alone:  # a held coordinate stays exactly: no rounding is left in its acceleration
-            free[place] = 0.0 - rest[i] / J[i, place]
+        if moves is None:  # a held coordinate stays exactly: no rounding is left in its acceleration
+            for i, place in alone:
+                free[place] = 0.0 - rest[i] / J[i, place]
+        else:
+            free[fixed] = 0.0 - moves @ rest
+            if len(fixed) < self.frame.n:  # nor in that of a light mass beside a heavy one, of which little is left
+                free -= np.where(free, X @ (solve @ (J @ free + rest)), 0.0)
         T.H[m, :len(owners)] = [site.S[row] for site, row in sites]
-        return Held(owners, J, D, solve, lam, [place for _, place in alone])
+        return Held(owners, J, D, solve, lam, fixed)
 
     def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
         """Return own multipliers by unit forces of all laws, (own, rows of laws)."""

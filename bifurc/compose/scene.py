@@ -42,6 +42,7 @@ class Leads(NamedTuple):
     then: tuple[tuple | None, ...]  # modes tried after each guard, without the mode itself; None: decided where it happens
     ends_in: tuple[tuple | None, ...]  # mode in which a complete chattering ends
     still: list[int]  # see `Packer.still`
+    waiting: tuple[tuple[int, Hashable], ...]  # elements that would hold a row which others hold, and the key with which
 
 
 def scene_of(system: System) -> "Scene":
@@ -251,10 +252,13 @@ class Scene:
 
     def combined(self, mode: int, changes: dict[int, Hashable]) -> int | None:
         """Return the mode with the keys of some elements changed together; None: its holds are dependent."""
-        keys = self.keys[mode]
-        for element, key in changes.items():
-            keys = self._with_key(keys, element, key)
+        keys = self._with_keys(self.keys[mode], changes)
         return self.index(keys) if self._possible(keys) else None
+
+    def tried(self, mode: int, changes: dict[int, Hashable]) -> Iterator[int]:
+        """Yield the modes tried, in this order, where the keys of some elements change together, see `_tried`."""
+        for keys in self._tried(self.keys[mode], changes, self._leads[mode].waiting):
+            yield self.index(keys)
 
     def guard(self, mode: int, guard: int) -> GuardOf:
         """Return element, number and meaning of a guard."""
@@ -482,12 +486,46 @@ class Scene:
         """Return what the guards of a mode lead to."""
         then: list[tuple | None] = []
         ends_in: list[tuple | None] = []
-        for element, _, guard in self._guards[self._index[keys]]:
-            tried = None if callable(guard.then) else [self._with_key(keys, element, key) for key in guard.then]
-            then.append(None if tried is None else tuple(other for other in tried if other != keys and self._possible(other)))
+        guards, still = self._guards[self._index[keys]], self._packer.still(keys)
+        waiting = tuple((element, guard.then[0]) for (element, _, guard), order in zip(guards, still, strict=True)
+                        if order == 1 and not callable(guard.then) and self._grips(element, guard.then[0]))
+        for element, _, guard in guards:
+            tried = None if callable(guard.then) else [other for key in guard.then
+                                                       for other in self._tried(keys, {element: key}, waiting)]
+            then.append(None if tried is None else tuple(other for other in dict.fromkeys(tried) if other != keys))
             end = None if guard.accumulates is None else self._with_key(keys, element, guard.accumulates[1])
             ends_in.append(end if end is not None and self._possible(end) else None)
-        return Leads(tuple(then), tuple(ends_in), self._packer.still(keys))
+        return Leads(tuple(then), tuple(ends_in), still, waiting)
+
+    def _tried(self, keys: tuple, changes: dict[int, Hashable], waiting) -> list[tuple]:
+        """Return the modes tried, in this order, where the keys of some elements change together in a mode.
+
+        One row is held once: friction under a mass that rests on a stop is in a mode of slip, without a speed, and ``waiting``.
+        Where the stop lets go friction takes hold first; it slips where the load is beyond its static limit, too.  Friction whose
+        surface comes to move as the stop does takes hold as well, and the stop lets go.
+        """
+        new = self._with_keys(keys, changes)
+        possible = self._possible(new)
+        if possible and not waiting:
+            return [new]
+        grips = [[(e, key), (e, new[e])] for e, key in waiting if new[e] == keys[e]]
+        found = [self._with_keys(new, dict(choice)) for choice in itertools.product(*grips)]
+        if not possible and len(changes) == 1 and all(self._grips(e, key) for e, key in changes.items()):
+            found += [self._with_key(new, e, released) for e, key in enumerate(keys) if e not in changes
+                      and any(hold.surface is not None for hold in self._packer.mode(e, key).hold)
+                      for guard in self._packer.mode(e, key).guards if not callable(guard.then) for released in guard.then]
+        return [other for other in found if self._possible(other)]
+
+    def _grips(self, element: int, key: Hashable) -> bool:
+        """Return whether an element holds straight rows in a mode, wherever they are."""
+        holds = self._packer.mode(element, key).hold
+        return bool(holds) and not self.is_curved(element) and all(hold.surface is None for hold in holds)
+
+    def _with_keys(self, keys: tuple, changes: dict[int, Hashable]) -> tuple:
+        """Return the keys of a mode with those of some elements changed."""
+        for element, key in changes.items():
+            keys = self._with_key(keys, element, key)
+        return keys
 
     def _with_key(self, keys: tuple, element: int, key: Hashable) -> tuple:
         """Return the keys of a mode with that of one element changed, and with it those of others that rest together with it."""

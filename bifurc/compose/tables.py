@@ -23,6 +23,7 @@ from .pointer import WORD, Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
+FLIGHT = 64.0  # units of time of the loads, for which a slow mode adds up rounding: an event ends it before a far longer step does
 MANY = 5  # degrees of freedom from which on modes have modal coordinates: below it whole steps of the tables cost less
 LEVELS = 80  # of the steps in modal coordinates, each longer than the one before by the root of 2
 
@@ -255,16 +256,38 @@ def paced(T, x):
         rebuild(T)
 
 
+@njit
+def longest_flight(T):
+    """Return the time that bounds the flights whose rounding slow modes of a scene without a clock add up: `FLIGHT` times that in
+    which the loads pass the largest distance of a surface; 0 where there are none."""
+    load, length = 0.0, 0.0
+    for m in range(T.n_guards.size):
+        for i in range(T.LP.shape[2], 2 * T.LP.shape[2]):
+            load = max(load, abs(T.A[m, i, T.A.shape[1]]))
+        for g in range(T.n_guards[m]):
+            for c in range(T.LP.shape[2]):
+                if T.D[m, g, c] != 0.0:
+                    length = max(length, abs(T.G[m, g, T.A.shape[1]] * T.D[m, g, c]))
+    return FLIGHT * np.sqrt(length / load) if load > 0.0 else 0.0
+
+
 @both
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4, F from the flat numbers."""
-    E, F = T.E, T.F
+    E, F, YT = T.E, T.F, T.YT
     F[:] = 0.0
+    longest = longest_flight(T) if T.flat[0] == 0.0 else 0.0
     for m in range(T.n_guards.size):
         rebuild_mode(T, m, True)
+        slow = T.step[m] > longest > 0.0
         for i in range(F.shape[0]):
             for c in range(F.shape[1]):
-                F[i, c] = max(F[i, c], abs(E[m, i, c]))
+                total = E[m, i, c]
+                if slow:
+                    total = YT[m, i, c, ORDER]
+                    for j in range(ORDER - 1, -1, -1):
+                        total = total * longest + YT[m, i, c, j]
+                F[i, c] = max(F[i, c], abs(total))
 
 
 @apart(NOTHING)

@@ -312,6 +312,9 @@ def come_to_rest(scene, m, g, x, arrive):
     for resting in _restings(scene, base, touching, x):
         y, added = scene.put_to_rest(resting, first)
         scale, sliding = np.maximum(np.maximum(rule.sizes(m, x), rule.sizes(m, y)), added), {*touching}
+        open_ones = [g for e in touching for g in scene.guards_of(resting, e) if scene.tables.kick[resting, g]]
+        if any(rule.inside(resting, g, y, scale) == (1, 1) for g in open_ones):  # two walls that approach each other
+            continue
         for why, k, *_ in rule.broken(resting, y, scale):
             if why == "guard" and scene.event_kind(resting, k) == EventKind.STICK:
                 sliding.discard(scene.guard(resting, k).element)
@@ -350,14 +353,24 @@ def _undeclared(scene, m, joined) -> str:
 
 
 def _restings(scene, m, touching, x):
-    """Yield the modes in which all that touches rests: on a circle it slides either way, or rolls."""
+    """Yield the modes in which all that touches rests: on a circle it slides either way, or rolls.
+
+    A row is held once: where walls meet from both sides as many of them hold as can, and the others are without speed with them.
+    """
     ways = [[key for g in scene.guards_of(m, e) for key in scene.followers(m, g, x)
              if scene.system.elements[e].mode(key, scene.system.core).hold] if scene.is_curved(e) else [rest]
             for e, rest in touching.items()]
-    for keys in itertools.product(*ways):
-        resting = scene.combined(m, dict(zip(touching, keys, strict=True)))
-        if resting is not None:
-            yield resting
+    curved = any(scene.is_curved(e) for e in touching)
+    for many in range(len(touching), 0 if not curved else len(touching) - 1, -1):
+        found = False
+        for some in itertools.combinations(zip(touching, ways, strict=True), many):
+            for keys in itertools.product(*(keys for _, keys in some)):
+                resting = scene.combined(m, dict(zip((e for e, _ in some), keys, strict=True)))
+                if resting is not None:
+                    found = True
+                    yield resting
+        if found:
+            return
 
 
 def _follow(scene, rule, m, y, joined, scale, x):
@@ -423,9 +436,7 @@ def _combinations(scene, m, joined, further, x):
         keys = list(dict.fromkeys([*keys, scene.keys[m][element], *further.get(element, ())]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):
-        mode = scene.combined(m, dict(choice))
-        if mode is not None:
-            yield mode
+        yield from scene.tried(m, dict(choice))
 
 
 def _say(scene, m, why):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import ConstantForce, RigidStop
+from bifurc.elements import ConstantForce, HarmonicForce, RigidStop
 
 
 def row_of(n, *entries):
@@ -135,3 +135,62 @@ def test_a_pressed_stack_still_comes_to_rest():
     motion = bf.simulate(system, np.zeros(4), duration=20.0)
     assert motion.success and motion.events[-1].mode_after[2:] == ("rest", "rest")
     np.testing.assert_allclose(motion.final, [0.7, 1.0, 0.0, 0.0], atol=1e-14)
+
+
+WALLS = [(0.5, 0.5), (1.0, 0.7), (0.9, 0.95), (0.0, 1.0)]
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.3e10])
+@pytest.mark.parametrize("speed", [1.0, -3.0])
+@pytest.mark.parametrize("restitutions", WALLS)
+def test_a_mass_between_walls_without_a_clearance_comes_to_rest_at_once(restitutions, speed, ratio):
+    """Every pair of impacts leaves the product of the restitutions: nothing is left of the speed, at the instant of the start."""
+    one, other = restitutions
+    walls = [RigidStop(0.0, one, dof=0), RigidStop(0.0, other, side=-1, dof=0)]
+    system = bf.System(np.diag([1.0, ratio]), np.zeros((2, 2)), [[1.0, 0.0], [0.0, ratio]], [HarmonicForce(1.0), *walls], omega=1.3)
+    motion = bf.simulate(system, [0.0, 0.2, speed, 0.0], duration=10.0)
+    y = motion(np.linspace(1e-9, 10.0, 200))
+    assert motion.success and not y[:, [0, 2]].any()
+    np.testing.assert_allclose(y[:, 1], 0.2 * np.cos(np.linspace(1e-9, 10.0, 200)), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("restitutions", WALLS)
+def test_a_light_mass_between_walls_of_a_heavy_one_goes_with_it(restitutions):
+    """No clearance and no external load: both have the common speed that momentum gives."""
+    light = 1.0 / 1.3e10
+    one, other = (RigidStop(0.0, e, side=side, row=(-1.0, 1.0)) for e, side in zip(restitutions, (1, -1), strict=True))
+    system = bf.System(np.diag([1.0, light]), np.zeros((2, 2)), np.zeros((2, 2)), [one, other])
+    motion = bf.simulate(system, [0.0, 0.0, 0.3, 2.0e5], duration=2.0)
+    common = (0.3 + 2.0e5 * light) / (1.0 + light)
+    np.testing.assert_allclose(motion.final, [2.0 * common, 2.0 * common, common, common], rtol=1e-12)
+
+
+def test_elastic_walls_without_a_clearance_have_no_end():
+    motion = bf.simulate(bf.System(1.0, 0.0, 0.0, [RigidStop(0.0, 1.0), RigidStop(0.0, 1.0, side=-1)]), (0.0, 1.0), duration=1.0)
+    assert motion.status == "too_many_events" and "at this instant" in motion.message
+
+
+def test_walls_that_approach_each_other_catch_a_mass():
+    """One moves through where the other stands: the sum of their speeds is no impulse's to take away."""
+    walls = [RigidStop(0.0, 0.5, amplitude=0.1, harmonic=1, phase=np.pi / 2.0), RigidStop(0.0, 0.5, side=-1)]
+    motion = bf.simulate(bf.System(1.0, 0.0, 0.0, walls, omega=1.0), (0.0, 0.0), duration=1.0)
+    assert motion.status in ("inconsistent", "too_many_events")
+
+
+@pytest.mark.parametrize("restitutions", [(0.24, 0.73), (0.0, 0.9), (0.99, 0.5)])
+@pytest.mark.parametrize("light", [1e-3, 1e-5, 1e-9, 1.0 / 1.3e10])
+def test_a_heavy_mass_is_stopped_by_a_light_one_at_a_wall(light, restitutions):
+    """Each pair of impacts takes some light / heavy of the speed: a billion of them are infinitely many, and all rests at once."""
+    system = balls([1.0, light], [((1.0, -1.0), restitutions[0]), ((0.0, 1.0), restitutions[1])])
+    motion = bf.simulate(system, [0.0, 0.0, 1.0, 0.0], duration=1.0)
+    assert motion.success and np.abs(motion.final).max() < 1e-12
+
+
+def test_an_elastic_light_mass_returns_a_heavy_one():
+    """The same without losses: the heavy mass turns round, after about pi sqrt(heavy/light) impacts (Galperin 2003)."""
+    light = 1e-4
+    system = balls([1.0, light], [((1.0, -1.0), 1.0), ((0.0, 1.0), 1.0)])
+    motion = bf.simulate(system, [0.0, 0.0, 1.0, 0.0], duration=1.0, max_events=500)
+    v = motion.final[2:]
+    assert motion.success and v @ np.diag([1.0, light]) @ v == pytest.approx(1.0, rel=1e-12) and v[0] < -0.999
+    assert len(motion.events) == int(np.pi / np.arctan(np.sqrt(light)))

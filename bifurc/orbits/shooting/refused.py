@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...compose.tables import ORDER
-from .sequence import AFTER, BEFORE, STARTS
+from .sequence import AFTER, BEFORE, GUARD, STARTS
 
 SAMPLES = 6  # states at which the two conditions are compared
 ONE = 1e-9  # relative difference of two conditions that are one
@@ -32,12 +32,15 @@ class Earlier:
     alone : tuple of int, optional
         The mode in which the event changes nothing but its own element, and the guard there by which another is let go at the same
         instant: unless it is beyond its limit, too, the mode is not tried.
+    takes_over : bool
+        It is another element than that of the event that takes hold.
     """
 
     node: int
     mode: int
     guards: tuple[int, ...]
     alone: tuple[int, int] | None = None
+    takes_over: bool = False
 
 
 def earlier_modes(scene, signature) -> list[Earlier]:
@@ -52,12 +55,38 @@ def earlier_modes(scene, signature) -> list[Earlier]:
         if scene.tables.kick[before, guard] or callable(owner.guard.then):  # of an impact there is one, or the state decides
             continue
         for key in owner.guard.then:
-            mode = scene.combine(before, owner.element, key)
-            if mode == after or key == scene.keys[after][owner.element]:  # also where another element has changed with it
+            listed = key == scene.keys[after][owner.element]  # also where another element has changed with it
+            for mode in scene.tried(before, {owner.element: key}):
+                joined = [e for e, own in enumerate(scene.keys[mode]) if e != owner.element and own != scene.keys[before][e]]
+                if mode == after or listed and not joined:
+                    break
+                if mode != before and scene.tables.n_holds[mode] and not closes(scene, before, guard, mode, joined):
+                    gripping = held(scene, mode) - held(scene, before) if joined else {owner.element}
+                    found += [Earlier(i, mode, tuple(g for e in sorted(gripping) for g in scene.guards_of(mode, e)),
+                                      takes_over=owner.element not in gripping),
+                              *relieved(scene, i, owner.element, mode)]
+            if listed:
                 break
-            if mode is not None and mode != before and scene.tables.n_holds[mode]:
-                found += [Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))), *relieved(scene, i, owner.element, mode)]
     return found
+
+
+def held(scene, mode) -> set[int]:
+    """Return the elements that hold rows in a mode."""
+    return {scene.hold_element(mode, k) for k in range(scene.tables.n_holds[mode])}
+
+
+def closes(scene, before, guard, mode, joined) -> bool:
+    """Whether one of the elements ``joined``, a stop that the event of a ``guard`` lets go for friction to hold, is back at once.
+
+    The stop and the surface of the friction come to move alike: the acceleration that takes the speed of one past that of the
+    other closes the gap, or opens it, whatever the state.
+    """
+    T = scene.tables
+    for q in (q for e in joined for q in scene.guards_of(mode, e) if T.kick[mode, q]):
+        rate, away = T.GT[before, guard, :, 1], T.GT[mode, q, :, 2]
+        if proportional(rate, away) and rate @ away > 0.0:
+            return True
+    return False
 
 
 def relieved(scene, i, element, mode) -> list[Earlier]:
@@ -82,8 +111,7 @@ def let_go(scene, i, element, before, after) -> list[Earlier]:
     mode = scene.combine(before, element, scene.keys[after][element])
     if mode is None or mode == after:
         return []
-    held = {scene.hold_element(mode, k) for k in range(scene.tables.n_holds[mode])}
-    gone = held - {scene.hold_element(after, k) for k in range(scene.tables.n_holds[after])} - {element}
+    gone = held(scene, mode) - held(scene, after) - {element}
     guards = tuple(q for other in sorted(gone) for q in scene.guards_of(mode, other))
     return [Earlier(i, mode, guards)] if guards else []
 
@@ -147,23 +175,28 @@ class Refusal:
         return float(e.kernel.guard_value(T, mode, guard, x)) / e.kernel.scale_of(row, e.weights)
 
     def _implied(self, T, one) -> bool:
-        """Whether the leading rate at the start of the listed mode is a guard of the earlier mode, times a constant."""
+        """Whether the leading rate at the start of the listed mode is a guard of the earlier mode, times a constant.
+
+        Of an element that takes over what is held, also whether the guard of the event is: it leaves by its own rate, as where
+        static friction is equal to kinetic.
+        """
         e = self.equations
         node = e.signature.nodes[one.node]
+        event = int(node[BEFORE]), int(node[GUARD])
         orders = [(q, -int(start)) for q, start in enumerate(node[STARTS:]) if start < 0]
-        if not orders:
+        if not orders and not one.takes_over:
             return True
         values, rates = [], []
         rng = np.random.default_rng(1)
-        rows = T.H[one.mode, :int(T.n_holds[one.mode])]
+        rows = T.H[one.mode, :int(T.n_holds[one.mode]), :e.weights.size]
+        put_to_rest = np.linalg.pinv(rows) @ T.H[one.mode, :len(rows)]
         for _ in range(SAMPLES):
             x = np.concatenate([e.weights * rng.standard_normal(e.weights.size), e.scene.forcing(rng.uniform(0.0, 6.0, 1))[0]])
-            for row in rows:  # at rest on what the earlier mode would hold
-                own = row[:e.weights.size]
-                if own @ own > 0.0:
-                    x[:own.size] -= own * (row @ x) / (own @ own)
+            x[:e.weights.size] -= put_to_rest @ x  # on what the earlier mode would hold
             a = np.empty(ORDER + 1)
             rates.append([self._rate(T, int(node[AFTER]), q, order, x, a) for q, order in orders])
+            if one.takes_over:
+                rates[-1].append(float(e.kernel.guard_value(T, *event, x)))
             values.append([float(e.kernel.guard_value(T, one.mode, q, x)) for q in one.guards])
         return any(proportional(v, r) for v in np.transpose(values) for r in np.transpose(rates))
 
