@@ -26,7 +26,8 @@ from .outcomes import ASK, BEYOND, CROWDED, DEFERRED, DIVERGED, OUTSIDE, REACHED
 from .proximity import Targets, boxed, nearest
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
-LONG = 5000  # periods of all starts together from which on it is worth a thread to look at signals
+# periods of all starts together that take some milliseconds: of a batch, of scalar steps in closed form, under laws
+LEAN, CLOSED, LAW = 5000, 500, 50
 BLOCK = 32  # forcing periods that the general integration does at a time
 FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
 
@@ -170,7 +171,8 @@ class Integrator:
 
     def _heard(self, kernel, modes: np.ndarray, most: int, *given) -> None:
         """Let a kernel follow starts in ``modes`` (N,) for up to ``most`` periods; a signal may stop it."""
-        interruptible(len(modes) * most > LONG, partial(modes.fill, STOPPED), kernel, *given)
+        much = LEAN if self.lean else CLOSED if self.scene.closed_form else LAW
+        interruptible(len(modes) * most > much, partial(modes.fill, STOPPED), kernel, *given)
 
     def _propagate(self, i: int, start: np.ndarray, images: Images, periods: int) -> None:
         """Carry one start with all decisions open to Python."""
