@@ -81,7 +81,8 @@ def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: f
     left = misfit(found.x)
     state, w, damping = made(found.x)
     worst = float(np.abs(left).max()) if np.isfinite(left).all() else np.inf
-    good = worst < max(CLOSED if found.success else 0.0, NOISE * grown[0]) and swings(with_negative_damping(system, damping), state, w, dof)
+    closed = worst < max(CLOSED if found.success else 0.0, NOISE * grown[0])
+    good = closed and swings(with_negative_damping(system, damping), state, w, dof)
     return state, w, damping, worst, good
 
 

@@ -1,4 +1,4 @@
-"""Modes of Jenkins oscillators whose slider is stiff, or all that holds the mass, against an integration of stick and slip by parts."""
+"""Modes of Jenkins oscillators whose slider is stiff, or all that holds the mass, against an integration by parts."""
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

@@ -95,7 +95,7 @@ def _solved(system: System, method: HarmonicBalance, guess, layout: Layout) -> H
     if status is not None and guess is None and (start := _settling(balance)) is not None:
         found, more, failed = _iterated(condensed or balance, method, [start], False)
         iterations += more
-        if failed is None:
+        if failed is None and not _loose(balance, [found]):
             x, status = found, None
     while balance.parts.laws and method.samples is None and status is None:
         finer = Balance(system, layout, balance.samples, 2 * balance.law_samples, balance.parts)
