@@ -18,7 +18,7 @@ from ..flow.scan import CHATTER, PASSED
 from ..flow.simulate import integrate
 from ..flow.status import Status
 from ..flow.trajectory import Trajectory
-from ..interrupts import interruptible
+from ..solve.interrupts import interruptible
 from . import scalar
 from .batch import packing, smooth
 from .initial_conditions import begin, unloaded

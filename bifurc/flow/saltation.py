@@ -11,7 +11,8 @@ Two kicks at one instant have a derivative only when both orders of the kicks ag
 import numpy as np
 
 from .._jit import njit
-from .affine.engine import field, forcing_rate, guard_gradient, guard_rate, premultiply
+from .affine.engine import field, forcing_rate, guard_gradient, guard_rate
+from .affine.products import premultiply
 from .rule import jump
 
 

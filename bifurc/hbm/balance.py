@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..interrupts import LARGE, interruptible
+from ..solve.interrupts import LARGE, interruptible
 from ..system import System
 from .contacts.common import SOURCE
 from .laws import Sampled, law_forces

@@ -8,7 +8,7 @@ import numpy as np
 from ..checks import whole
 from ..elements import BaseMotion, Coulomb, ElasticStop, Element, Force, Jenkins, RigidStop
 from ..elements.atrow import AtRow
-from ..interrupts import LARGE, interruptible
+from ..solve.interrupts import LARGE, interruptible
 from ..structure import names
 from ..structure.reduction import reduce
 from ..structure.statics import product

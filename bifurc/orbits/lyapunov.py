@@ -19,8 +19,8 @@ from ..flow.scan import CHATTER, EVENT
 from ..flow.settle import Rule
 from ..flow.simulate import integrate
 from ..flow.trajectory import Trajectory
-from ..interrupts import interruptible
 from ..notebook import Notebook
+from ..solve.interrupts import interruptible
 from ..system import System, require_system
 from .autonomous import slowest
 from .base import Orbit

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtri, dtrtrs
 
-from .. import interrupts
+from . import interrupts
 
 FELT = 40  # unknowns from which on full rank is decided at less cost than by singular values
 LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt

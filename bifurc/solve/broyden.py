@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 
 from ..enumerations import DescribedEnum
-from ..interrupts import LARGE, interruptible
+from .interrupts import LARGE, interruptible
 
 TOLERANCE = 1e-12  # of the residual over its size at the guess, or over the natural size that is given
 ITERATIONS = 400

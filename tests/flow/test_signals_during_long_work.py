@@ -8,7 +8,7 @@ import pytest
 import bifurc as bf
 from bifurc.continuation import deflated_orbits
 from bifurc.elements import CubicSpring, HarmonicForce, Jenkins
-from bifurc.interrupts import interruptible
+from bifurc.solve.interrupts import interruptible
 from tests.reference.beam import beam
 
 EVERY = 0.05

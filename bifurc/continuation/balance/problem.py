@@ -21,12 +21,12 @@ from ...hbm.parts import event_kind
 from ...hbm.residual import events_of, kept, order_of
 from ...hbm.status import ContactStatus
 from ...hbm.tables import Series, numbers_at
-from ...interrupts import MANY, interruptible, spoil
 from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
 from ...orbits.shooting.path import DEGREES, PAD, sampled_over
 from ...solve.bordered import across
+from ...solve.interrupts import MANY, interruptible, spoil
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
 from ..families import PathFamily

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..._jit import njit
 from ...compose.tables import ORDER, TURN
-from ..affine.engine import product
 from ..affine.hidden import HIDDEN
 from ..affine.peak import zeros
 from ..affine.polynomial import EPS, first_zero, highest
+from ..affine.products import product
 
 TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
 SUMMED = 16.0 * EPS  # of a sum over the modes, and of every mode in it: its coordinate, and the error of its eigenvalue with time

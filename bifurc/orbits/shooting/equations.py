@@ -11,7 +11,7 @@ from ...compose.modal import give_modal
 from ...compose.scene import Scene
 from ...compose.tables import rebuild
 from ...compose.writer import kernels
-from ...interrupts import MANY, interruptible, spoil
+from ...solve.interrupts import MANY, interruptible, spoil
 from ...solve.steprun import MADE, TOLD
 from ...solve.zeros import BOX
 from . import motion, sequence

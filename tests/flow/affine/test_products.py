@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bifurc.flow.affine.engine import multiply, premultiply, product
+from bifurc.flow.affine.products import multiply, premultiply, product
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7, 8, 13])
