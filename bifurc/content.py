@@ -45,13 +45,30 @@ class Content:
         return hash((type(self).__name__, digest(self._content())))
 
 
+def kept(function: Callable[[Any], Any]) -> property:
+    """Make a property of what a function returns when it is asked for first, an array or None; it is handed out as a copy."""
+    place = f"_kept_{function.__name__}"
+
+    @functools.wraps(function)
+    def get(self):
+        if place not in self.__dict__:
+            self.__dict__[place] = function(self)
+        return copy_of(self.__dict__[place])
+
+    return property(get)
+
+
+def copy_of(value: Any) -> Any:
+    """Return an array as a copy, a sparse matrix, which may be large, as one that cannot be written; None as it is."""
+    return None if value is None else read_only(value) if hasattr(value, "indptr") else value.copy()
+
+
 def handed_out(*names: str) -> Callable[[Any], Any]:
-    """Return the decorator of a dataclass whose fields ``names``, arrays or None, are handed out as copies."""
+    """Return the decorator of a class whose fields ``names``, see `copy_of`, are handed out as copies."""
     def dressed(kind: Any) -> Any:
         for name in names:
             def get(self, name=name):
-                value = self.__dict__[name]
-                return None if value is None else value.copy()
+                return copy_of(self.__dict__[name])
 
             def put(self, value, name=name):
                 self.__dict__[name] = value
@@ -82,7 +99,11 @@ def _compared(kind: Any) -> tuple[str, ...]:
 
 
 def read_only(value: Any) -> Any:
-    """Return an array as a view that cannot be written, tuples and lists of arrays as tuples of such; anything else as it is."""
+    """Return an array as a view that cannot be written, a sparse matrix as one of such, tuples and lists of arrays as tuples of
+    such; anything else as it is."""
+    if hasattr(value, "indptr"):
+        parts = read_only((value.data, value.indices, value.indptr))
+        return type(value)(parts, shape=value.shape, copy=False)
     if isinstance(value, np.ndarray):
         view = value.view()
         view.flags.writeable = False

@@ -114,6 +114,53 @@ def assert_read_only(result):
                         value.flat[0] = 0
 
 
+def written(value):
+    """Write into an array or a sparse matrix, as a user may by mistake."""
+    for part in (value.data, value.indices, value.indptr) if hasattr(value, "indptr") else (value,):
+        try:
+            part.flat[0] = part.flat[-1] + 1
+        except (ValueError, TypeError):
+            assert not part.flags.writeable
+
+
+def arrays_of(result, path=""):
+    """Return the public arrays and sparse matrices of a result, properties included, and of what it holds: (path, owner, name)."""
+    found, kind = [], type(result)
+    if isinstance(result, list | tuple) and not hasattr(result, "_fields"):
+        return [item for k, part in enumerate(result[:2]) for item in arrays_of(part, f"{path}[{k}]")]
+    if not (isinstance(result, Content) or hasattr(result, "_fields")) or kind.__name__ in INNER:
+        return found
+    for name in (name for name in dir(result) if name[0] != "_" and name != "trust"):
+        if callable(getattr(kind, name, None)) or name in ("system", "problem", "problems", "scene", "equations"):
+            continue
+        try:
+            value = getattr(result, name)
+        except (ValueError, AttributeError):  # what this one does not have
+            continue
+        if isinstance(value, np.ndarray) and value.size or hasattr(value, "indptr"):
+            found.append((f"{path}.{name}", result, name))
+        else:
+            found += arrays_of(value, f"{path}.{name}")
+    return found
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_what_is_written_into_an_array_of_a_result_does_not_come_back(name):
+    """Of every class of result: fields, properties that are computed once, sparse matrices, and those of attractors and points."""
+    arrays = arrays_of(MADE[name](0.25), name)
+    for path, owner, of in arrays:
+        before = copy.deepcopy(getattr(owner, of))
+        written(getattr(owner, of))
+        assert alike(getattr(owner, of), before), path
+
+
+def test_arrays_of_results_are_found():
+    """The search above does not pass over what it is for."""
+    found = {path for name in ("orbit", "equilibrium", "cells") for path, _, _ in arrays_of(MADE[name](0.25), name)}
+    assert {"orbit.state", "orbit.multipliers", "orbit.monodromy", "orbit.weights", "equilibrium.eigenvalues", "cells.matrix",
+            "cells.components.label", "cells.groups[0].cells", "cells.attractors[0].state"} <= found
+
+
 def test_labels_cannot_be_written_and_negative_ones_are_no_attractors():
     found = basins(1.0)
     before = dict(found.fractions)

@@ -96,9 +96,17 @@ def backbone(system: System, amplitudes, *, dof: int = 0, mode: int = 0, method:
         if not new.success and not found:
             new = _begun(system, value, options)
         if not new.success:
-            return Backbone(tuple(found), f"at the amplitude {value:g}: {new.message}")
+            return Backbone(tuple(found), f"at the amplitude {value:g}: {new.message}{_overdamped(found)}")
         found.append(new)
     return Backbone(tuple(found), "")
+
+
+def _overdamped(found: list[ExtendedMode]) -> str:
+    """Return what there is to say of modes that end where contacts take out more than a swing holds."""
+    if not found or found[-1].damping < 1.0:
+        return ""
+    return (f" The damping ratio of the last mode is {found[-1].damping:.3g}: contacts take out in a period more than the motion "
+            "holds, and beyond some amplitude there is no mode; a softer contact or a spring beside it has one.")
 
 
 def _begun(system: System, value: float, options: dict) -> ExtendedMode:

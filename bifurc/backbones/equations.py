@@ -7,11 +7,12 @@ from ..orbits.balance.method import HarmonicBalance
 from ..solve.newton import newton
 from ..system import System
 
-DIFFERENCE = 3e-6  # relative, central: Newton converges to rounding all the same
+DIFFERENCE = 3e-6  # relative, central, over what the motion makes of it: under a negative damping of the size of the critical one
+# it grows by hundreds in a period, and with it how crooked the misfit is; Newton converges to rounding all the same
 SWING = 1e-3  # of the amplitude
 LONGEST = 2.0  # linear periods in which a motion is expected to come back
 OVERDAMPED = 20.0  # |xi|/omega: far beyond a damping ratio of 1 nothing oscillates
-CLOSED = 5e-12  # scaled misfit of an accepted motion
+CLOSED = 5e-12  # scaled misfit of an accepted motion that does not grow much
 NOISE = 64.0 * np.finfo(float).eps  # of the terms of a row: steps that gain nothing below it have met rounding
 REFUSED = (ValueError, ArithmeticError)  # what systems and motions say of numbers that Newton tries: a start beyond a stop, ...
 
@@ -66,11 +67,13 @@ def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: f
         J = np.empty((ns, ns))
         for k in range(ns):
             step = np.zeros(ns)
-            step[k] = DIFFERENCE * max(1.0, abs(u[k]))
+            step[k] = DIFFERENCE * max(1.0, abs(u[k])) / grown[0]
             J[:, k] = (misfit(u + step) - misfit(u - step)) / (2.0 * step[k])
+        if np.isfinite(J).all():
+            grown[0] = max(1.0, float(np.abs(J).max()))
         return J
 
-    omega0 = omega
+    omega0, grown = omega, [1.0]
     y0 = first.copy()
     y0[dof], y0[n + dof] = amplitude, 0.0
     u = np.concatenate((y0[free] / scale[free], [1.0, xi / omega]))
@@ -78,7 +81,8 @@ def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: f
     left = misfit(found.x)
     state, w, damping = made(found.x)
     worst = float(np.abs(left).max()) if np.isfinite(left).all() else np.inf
-    good = found.success and worst < CLOSED and swings(with_negative_damping(system, damping), state, w, dof)
+    closed = worst < max(CLOSED if found.success else 0.0, NOISE * grown[0])
+    good = closed and swings(with_negative_damping(system, damping), state, w, dof)
     return state, w, damping, worst, good
 
 

@@ -143,7 +143,7 @@ def extended_mode(system: System, amplitude: float, *, dof: int = 0, mode: int =
         omega, shape = linear_mode(free, mode)
         if abs(shape[dof]) < 1e-9 * np.abs(shape).max():
             raise ValueError(f"extended_mode: dof = {dof} rests in linear mode {mode}; choose another coordinate for the amplitude")
-        state, xi = np.concatenate((amplitude * shape / shape[dof], np.zeros(free.n))), 0.0
+        state, xi = np.concatenate((amplitude * shape / shape[dof], np.zeros(free.n), resting_memory(free))), 0.0
         omega = returning(free, state, dof, omega)
     else:
         state, omega, xi = guess.state * (amplitude / guess.amplitude), guess.omega, guess.xi
@@ -174,6 +174,15 @@ def unloaded(system: System) -> System:
         elif not element.start == ("always",) or element.memory:
             raise ValueError(f"{element!r} varies in time by itself: the system has no free vibration; leave its load constant")
     return System(system.mass, system.damping, system.stiffness, kept)
+
+
+def resting_memory(system: System) -> np.ndarray:
+    """Return the internal variables at rest: about them a small motion swings, and limits move them along with a large one."""
+    scene = scene_of(system)
+    x = np.zeros(scene.ns + scene.nw)
+    x[scene.ns] = 1.0
+    scene.relax(x)
+    return x[2 * scene.n:scene.ns]
 
 
 def linear_mode(system: System, mode: int) -> tuple[float, np.ndarray]:

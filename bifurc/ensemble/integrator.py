@@ -2,6 +2,7 @@
 import itertools
 import threading
 from contextlib import nullcontext
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,13 +18,16 @@ from ..flow.scan import CHATTER, PASSED
 from ..flow.simulate import integrate
 from ..flow.status import Status
 from ..flow.trajectory import Trajectory
+from ..solve.interrupts import interruptible
 from . import scalar
 from .batch import packing, smooth
 from .initial_conditions import begin, unloaded
-from .outcomes import ASK, BEYOND, CROWDED, DEFERRED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED, Cells
+from .outcomes import ASK, BEYOND, CROWDED, DEFERRED, DIVERGED, OUTSIDE, REACHED, STOPPED, STUCK, UNSETTLED, Cells
 from .proximity import Targets, boxed, nearest
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
+# periods of all starts together that take some milliseconds: of a batch, of scalar steps in closed form, under laws
+LEAN, CLOSED, LAW = 5000, 500, 50
 BLOCK = 32  # forcing periods that the general integration does at a time
 FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
 
@@ -138,9 +142,10 @@ class Integrator:
         T, modes = self.begin(X)
         cells.states[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.label(self._numbers, modes, X, self.limit, most, targets, cells)
+            self._heard(self._module.label, modes, most, self._numbers, modes, X, self.limit, most, targets, cells)
         elif self._scalar is not None:
-            self._scalar.label(T, self._followers(T), self._candidates, modes, X, self.limit, most, targets, cells)
+            self._heard(self._scalar.label, modes, most, T, self._followers(T), self._candidates, modes, X, self.limit, most,
+                        targets, cells)
         for i in np.flatnonzero(cells.states == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 X[i] = starts[i]
@@ -155,13 +160,19 @@ class Integrator:
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.propagate(self._numbers, modes, X, self.limit, periods, *images[1:])
+            self._heard(self._module.propagate, modes, periods, self._numbers, modes, X, self.limit, periods, *images[1:])
         elif self._scalar is not None:
-            self._scalar.map_starts(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
+            self._heard(self._scalar.map_starts, modes, periods, T, self._followers(T), self._candidates, modes, X, self.limit,
+                        periods, *images[1:])
         for i in np.flatnonzero(images.outcomes == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 self._propagate(i, starts[i], images, periods)
         return images
+
+    def _heard(self, kernel, modes: np.ndarray, most: int, *given) -> None:
+        """Let a kernel follow starts in ``modes`` (N,) for up to ``most`` periods; a signal may stop it."""
+        much = LEAN if self.lean else CLOSED if self.scene.closed_form else LAW
+        interruptible(len(modes) * most > much, partial(modes.fill, STOPPED), kernel, *given)
 
     def _propagate(self, i: int, start: np.ndarray, images: Images, periods: int) -> None:
         """Carry one start with all decisions open to Python."""

@@ -47,6 +47,7 @@ def coded(labels: np.ndarray, states: np.ndarray) -> np.ndarray:
 BEYOND = -1  # in place of the mode of a start: it lies beyond a rigid stop
 UNCLEAR = -2  # it lies on a surface, or no mode is clear: all elements decide together
 DEFERRED = -3  # its memory is not such as the usual modes of a start rely on: the general integration knows others
+STOPPED = -4  # it is followed no longer: somebody interrupts
 
 
 class Cells(NamedTuple):

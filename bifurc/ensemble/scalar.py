@@ -26,7 +26,7 @@ from ..flow.scan import (
     run,
     workspace,
 )
-from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNCLEAR, UNSETTLED, Cells
+from .outcomes import ASK, CROWDED, DIVERGED, REACHED, STOPPED, UNCLEAR, UNSETTLED, Cells
 from .proximity import Targets, boxed, nearest
 
 CONTACT = EventKind.CONTACT.code
@@ -155,6 +155,8 @@ def label(T, F, candidates, modes, X, limit, most, targets, cells):
         visits = 0
         guest = -1
         for k in range(1, most + 1):
+            if modes[i] == STOPPED:
+                return
             code = integrate(T, ints, floats, x, k, 0.0, limit, rows, record, tally)
             periods[i] = k
             if code != DONE:

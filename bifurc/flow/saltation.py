@@ -12,6 +12,7 @@ import numpy as np
 
 from .._jit import njit
 from .affine.engine import field, forcing_rate, guard_gradient, guard_rate
+from .affine.products import premultiply
 from .rule import jump
 
 
@@ -64,21 +65,6 @@ def delayed(T, before, after, x, xp, P, f, dw, leap):
         leap[i] = -fp[i]
         for c in range(nx):
             leap[i] += P[i, c] * (f[c] if c < ns else dw[c - ns])
-
-
-@njit
-def premultiply(a, b, scratch):
-    """b <- a b for small matrices, of ``a`` (n, n or more) its first columns."""
-    n = a.shape[0]
-    for i in range(n):
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += a[i, k] * b[k, j]
-            scratch[i, j] = total
-    for i in range(n):
-        for j in range(n):
-            b[i, j] = scratch[i, j]
 
 
 def order_gap(scene, mode: int, first: int, second: int, x, tolerance: float = 1e-9):

@@ -18,7 +18,7 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
 
     ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends at ``end``, whole periods
     and a time.  ``together`` (N,) says which events always happen at the instant of the one before.
-    A bin is a period counted from ``begin``.  ``alive`` (1,) is the number of directions that are left.
+    A bin is a period counted from ``begin``.  ``alive`` (2,) is the number of directions that are left, and whether to stop here.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     x, xp, y1 = np.empty(nx), np.empty(nx), np.empty(ns)
@@ -28,6 +28,8 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
     if count > 0:
         rested(T, rows[0, 2], Q, alive, new)
     for i in range(count):
+        if alive[1] != 0:
+            return
         if i > 0 and i + 1 < count and together[i + 1]:
             continue  # it was carried through with the event before
         for c in range(ns):

@@ -7,7 +7,7 @@ import numpy as np
 from .. import plotting
 from ..checks import array, checked
 from ..compose.scene import scene_of
-from ..content import Content
+from ..content import Content, read_only
 from ..elements import EventKind
 from ..motion import Motion
 from ..notebook import Notebook, Table
@@ -232,7 +232,7 @@ class Trajectory(Content, Notebook, Motion):
         order = np.lexsort((np.concatenate((np.zeros(times.size), np.arange(hits.size), np.arange(hits.size))), t))
         if hits.size:  # both sides of one event stay together
             order = order[np.lexsort((kind[order], t[order]))] if np.unique(self._starts[hits]).size == hits.size else order
-        return t[order], y[order]
+        return read_only(t[order]), read_only(y[order])
 
     @property
     def t(self) -> np.ndarray:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..solve.interrupts import LARGE, interruptible
 from ..system import System
 from .contacts.common import SOURCE
 from .laws import Sampled, law_forces
@@ -154,7 +155,8 @@ class Balance:
             law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v,
                        room.spectra[0], room.spectra[1], room.F, room.J)
         listed = self._free if listed is None else listed
-        code = linearised(parts.structure, parts.shape.R, flat, dflat, x, self.grid, slopes, listed, room, 0.0)
+        code = interruptible(self.size >= LARGE, lambda: None, linearised, parts.structure, parts.shape.R, flat, dflat, x,
+                             self.grid, slopes, listed, room, 0.0)
         return tuple(ContactStatus)[code], room.f, room.wide
 
     def residual(self, x) -> np.ndarray:

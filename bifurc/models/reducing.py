@@ -8,6 +8,7 @@ import numpy as np
 from ..checks import whole
 from ..elements import BaseMotion, Coulomb, ElasticStop, Element, Force, Jenkins, RigidStop
 from ..elements.atrow import AtRow
+from ..solve.interrupts import LARGE, interruptible
 from ..structure import names
 from ..structure.reduction import reduce
 from ..structure.statics import product
@@ -29,7 +30,7 @@ def reduced_system(system: System, keep: Sequence, modes: int, method: str) -> S
     if not np.allclose(K, K.T, rtol=0.0, atol=1e-9 * np.abs(K).max(initial=0.0)):
         raise ValueError("reduced: the stiffness is not symmetric; move its circulatory part into a Force element, and reduce "
                          "the rest")
-    mass, stiffness, found = reduce(M, 0.5 * (K + K.T), kept, modes, method, system.dofs)
+    mass, stiffness, found = interruptible(system.n >= LARGE, None, reduce, M, 0.5 * (K + K.T), kept, modes, method, system.dofs)
     T = found.recovery
     damping = T.T @ product(C, T)  # in proportion to the stiffness it cancels as that does
     dofs = [f"q{i}" if system.dofs is None else system.dofs[i] for i in kept] + [f"mode.{k + 1}" for k in range(modes)]

@@ -20,6 +20,7 @@ from ..flow.settle import Rule
 from ..flow.simulate import integrate
 from ..flow.trajectory import Trajectory
 from ..notebook import Notebook
+from ..solve.interrupts import interruptible
 from ..system import System, require_system
 from .autonomous import slowest
 from .base import Orbit
@@ -31,6 +32,7 @@ CHUNK = 256  # forcing periods of one recorded piece
 TURNED = 64  # last periods of the transient in which directions are carried along, not measured
 LEAST_BATCHES = 4  # from which a spread is read
 FAINT = 1e-8  # of the largest multiplier, or of 1: what is left of one below it in a product over a period is rounding
+LONG = 1e6  # products of numbers: milliseconds
 ROUNDS, TURNS = 96, 32  # times that directions are carried round an orbit, of which the first turn them
 
 
@@ -143,7 +145,7 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
         y = _checked(integrate(scene, y, *_span(forced, now, step, unit), max_events * (1 if forced else step))).final
         now += step
     ns = scene.ns
-    Q, alive = np.eye(ns), np.array([ns], np.int64)
+    Q, alive = np.eye(ns), np.array([ns, 0], np.int64)
     sums = np.zeros((periods, ns))
     kicks, logs = 0, 0.0
     begin, end = transient, transient + periods
@@ -222,7 +224,7 @@ def _round(scene, orbit) -> tuple[np.ndarray, np.ndarray, float]:
     forced, unit = scene.period is not None, scene.period or orbit.period
     span = _span(forced, 0, orbit.periods, unit)
     R = _checked(integrate(scene, orbit.state, *span, 2000 * orbit.periods)).recorded
-    Q, alive, sums = np.eye(scene.ns), np.array([scene.ns], np.int64), np.zeros((ROUNDS, scene.ns))
+    Q, alive, sums = np.eye(scene.ns), np.array([scene.ns, 0], np.int64), np.zeros((ROUNDS, scene.ns))
     for row in sums:
         into = np.zeros((orbit.periods, scene.ns))
         _grow(scene, R, span[1], unit, 0, Q, alive, into)
@@ -237,7 +239,9 @@ def _round(scene, orbit) -> tuple[np.ndarray, np.ndarray, float]:
 def _grow(scene, R, end, unit: float, first: int, Q, alive, into) -> None:
     """Carry the directions ``Q`` (ns, ns) along a record up to ``end`` and add the logarithms of their growth to ``into``."""
     tangent = kernels(scene, "bifurc.flow.tangent")
-    tangent.grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), end, unit, first, Q, alive, into)
+    long = len(R.rows) * scene.ns**3 > LONG
+    interruptible(long, partial(alive.__setitem__, 1, 1), tangent.grow, scene.tables, R.rows, R.times, R.before, R.after,
+                  _together(scene, R), end, unit, first, Q, alive, into)
 
 
 def _start(scene, y0) -> np.ndarray:

@@ -12,6 +12,7 @@ from .. import io
 from ..checks import checked
 from ..compose.scene import Scene, numbered, scene_of
 from ..compose.writer import kernels
+from ..content import handed_out, kept
 from ..elements import EventKind
 from ..flow.settle import displaced
 from ..flow.trajectory import Event, Events
@@ -38,6 +39,7 @@ NOTHING = 1e-13  # scaled speed of an impact after which the rest of a complete 
 LATE = 8.0  # excess up to which a closed complete chattering counts: the error of the closed form is of second order in it
 
 
+@handed_out("weights")
 class PeriodicOrbit(Orbit):
     """A periodic motion y(t + period) = y(t).  Made by `find_orbit`, by branches and by basin maps.
 
@@ -156,7 +158,7 @@ class PeriodicOrbit(Orbit):
         """Events of a period in words."""
         return self.sequence.text(self.scene)
 
-    @functools.cached_property
+    @kept
     def state(self) -> np.ndarray:
         """State (ns,) at phase 0, after the event if one falls there."""
         return self._states(np.zeros(1))[0]
@@ -354,7 +356,7 @@ class PeriodicOrbit(Orbit):
                     return scene.element_name(mode, first), scene.element_name(mode, second)
         return None
 
-    @functools.cached_property
+    @kept
     def monodromy(self) -> np.ndarray:
         """Derivative of the period map just before the first listed event (ns, ns).
 
@@ -410,7 +412,7 @@ class PeriodicOrbit(Orbit):
         """
         return {} if self.sequence.events or not self.family or not self.success else resting_intervals(self)
 
-    @functools.cached_property
+    @kept
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers, complex, largest modulus first; infinite at zero impact speed, NaN where two simultaneous
         kicks have no common derivative (`message` says so).

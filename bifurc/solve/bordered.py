@@ -9,6 +9,8 @@ import math
 import numpy as np
 from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtri, dtrtrs
 
+from . import interrupts
+
 FELT = 40  # unknowns from which on full rank is decided at less cost than by singular values
 LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt
 SURE = 10.0  # of the limit of a ratio, from which on a rough one decides
@@ -31,7 +33,7 @@ def factor(matrix):
     log : float
         Logarithm of the absolute determinant; -inf when singular.
     """
-    lu, pivots, info = dgetrf(matrix)
+    lu, pivots, info = interrupts.interruptible(len(matrix) >= interrupts.LARGE, None, dgetrf, matrix)
     diagonal = lu.diagonal()
     if info != 0 or not np.isfinite(diagonal).all():
         return lu, pivots, 0.0, -math.inf

@@ -8,11 +8,13 @@ is no convergence.  Where the residual no longer falls the Jacobian is computed 
 says so.
 """
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.linalg
 
 from ..enumerations import DescribedEnum
+from .interrupts import LARGE, interruptible
 
 TOLERANCE = 1e-12  # of the residual over its size at the guess, or over the natural size that is given
 ITERATIONS = 400
@@ -84,7 +86,8 @@ class Factors:
     """
 
     def __init__(self, jacobian):
-        self.q, self.r = scipy.linalg.qr(np.asarray(jacobian, float), check_finite=False)
+        matrix = np.asarray(jacobian, float)
+        self.q, self.r = interruptible(len(matrix) >= LARGE, None, partial(scipy.linalg.qr, check_finite=False), matrix)
 
     @property
     def singular(self) -> bool:

@@ -15,7 +15,7 @@ from tests.reference.plain import plain
 def left(system, motion, stop):
     """Return directions (ns, k) that are left where row ``stop`` of the record begins, just before its event, and their mode."""
     scene, R, ns = scene_of(system), motion.recorded, scene_of(system).ns
-    Q, alive, sums = np.eye(ns), np.array([ns], np.int64), np.zeros((1, ns))
+    Q, alive, sums = np.eye(ns), np.array([ns, 0], np.int64), np.zeros((1, ns))
     kernels(scene, "bifurc.flow.tangent").grow(scene.tables, R.rows[:stop], R.times[:stop], R.before[:stop], R.after[:stop],
                                                np.zeros(stop, bool), (int(R.rows[stop, 4]), float(R.times[stop])), system.period,
                                                0, Q, alive, sums)

@@ -13,7 +13,7 @@ from scipy.stats import beta
 from ... import io, plotting
 from ...checks import COUNT, checked, whole
 from ...compose.scene import scene_of
-from ...content import Content, by_content
+from ...content import Content, by_content, handed_out, read_only
 from ...ensemble.grid import Grid
 from ...enumerations import DescribedEnum
 from ...notebook import Notebook
@@ -95,6 +95,7 @@ class Absorption(NamedTuple):
     time: np.ndarray  # (*shape,) expected forcing periods until then
 
 
+@handed_out("matrix")
 @dataclass(frozen=True, eq=False)
 class CellMap(Content, Notebook):
     """A map, or a Markov chain, of cells.  Made by `cell_mapping`.
@@ -155,6 +156,8 @@ class CellMap(Content, Notebook):
             values = getattr(self, name)
             if values is not None and values.size == self.grid.size:
                 object.__setattr__(self, name, values.reshape(self.grid.shape))
+        groups = tuple(item._replace(cells=read_only(item.cells)) for item in self.groups)
+        object.__setattr__(self, "groups", groups)
         super().__post_init__()
 
     def with_audit(self, audit: Audit) -> "CellMap":
@@ -175,18 +178,27 @@ class CellMap(Content, Notebook):
     def _changed(self, **fields) -> "CellMap":
         """Return a copy with other fields that keeps what was derived from the chain."""
         made = replace(self, **fields)
-        derived = ("components", "_absorption", "morse")
-        made.__dict__.update({name: self.__dict__[name] for name in derived if name in self.__dict__})
+        derived = ("_components", "_absorption", "morse")
+        made.__dict__.update({name: self.__dict__[name] for name in ("matrix", *derived) if name in self.__dict__})
         return made
 
-    @cached_property
+    @property
     def components(self):
         """Strongly connected components of the graph, see `bifurc.basins.cells.generalized.Components`."""
-        return components(self.matrix)
+        return self._components._make(map(read_only, self._components))
+
+    @property
+    def _chain(self):
+        """`matrix` as it was made: kernels compile again for read-only arrays."""
+        return self.__dict__["matrix"]
+
+    @cached_property
+    def _components(self):
+        return components(self._chain)
 
     @cached_property
     def _absorption(self) -> Absorption:
-        parts, count, size = self.components, len(self.attractors), self.grid.size
+        parts, count, size = self._components, len(self.attractors), self.grid.size
         ends = np.zeros((size + 1, count + 3))
         ends[size, count + 1] = 1.0
         closed = parts.closed[parts.label]
@@ -197,8 +209,8 @@ class CellMap(Content, Notebook):
                 ends[item.cells, count] = 0.0
                 ends[item.cells, item.attractor] = 1.0
         known = ends.copy()
-        chances = solved(self.matrix, parts, known[:, :count + 2], np.zeros(size + 1))
-        time = solved(self.matrix, parts, known[:, count + 2:], np.ones(size + 1))
+        chances = solved(self._chain, parts, known[:, :count + 2], np.zeros(size + 1))
+        time = solved(self._chain, parts, known[:, count + 2:], np.ones(size + 1))
         shape = self.grid.shape
         chances = np.clip(chances[:size], 0.0, 1.0)
         return Absorption(chances[:, :count].reshape(*shape, count), chances[:, count].reshape(shape),
@@ -223,7 +235,7 @@ class CellMap(Content, Notebook):
         item = group if isinstance(group, Group) else self.groups[numbered("group", group, len(self.groups), "-1 is the sink")]
         cells = np.sort(item.cells)
         field_ = np.zeros(self.grid.size)
-        field_[cells] = stationary(self.matrix, cells)
+        field_[cells] = stationary(self._chain, cells)
         return field_.reshape(self.grid.shape)
 
     @cached_property
@@ -251,7 +263,7 @@ class CellMap(Content, Notebook):
         found: list = []
         for content in sorted(groups, key=lambda content: -content["cells"])[:most]:
             cells = content["numbers"]
-            inside = self.matrix[cells][:, cells].sum(axis=1)
+            inside = self._chain[cells][:, cells].sum(axis=1)
             guess = representatives(carrier, cells[[int(np.argmax(inside))]], self.samples, {})[0]
             orbit = find_orbit(self.system, guess=guess, periods=self.periods * max(content["period"], 1))
             if not orbit.success or orbit.stable is not False:
@@ -335,8 +347,8 @@ class CellMap(Content, Notebook):
         if not isinstance(self.system, System):
             raise ValueError(f"a map of cells of the function {self.system!r} cannot be saved: files hold no code; save its arrays")
         headers, stored = packed(self.attractors)
-        arrays = {"labels": self.labels, "fates": self.fates, "data": self.matrix.data, "indices": self.matrix.indices,
-                  "indptr": self.matrix.indptr} | stored
+        arrays = {"labels": self.labels, "fates": self.fates, "data": self._chain.data, "indices": self._chain.indices,
+                  "indptr": self._chain.indptr} | stored
         for name in ("group", "steps"):
             if getattr(self, name) is not None:
                 arrays[name] = getattr(self, name)

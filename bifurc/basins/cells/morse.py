@@ -31,7 +31,7 @@ def morse_graph(cells: Any):
     """
     import networkx  # heavy, for this graph alone
 
-    parts, matrix, grid = cells.components, cells.matrix, cells.grid
+    parts, matrix, grid = cells._components, cells._chain, cells.grid
     sink = int(parts.label[grid.size])
     nodes = np.flatnonzero(parts.recurrent)
     weight = np.where(parts.closed[nodes], parts.size.max() + parts.size[nodes], parts.size[nodes])

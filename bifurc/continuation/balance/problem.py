@@ -26,6 +26,7 @@ from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
 from ...orbits.shooting.path import DEGREES, PAD, sampled_over
 from ...solve.bordered import across
+from ...solve.interrupts import MANY, interruptible, spoil
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
 from ...system import require_values
@@ -140,8 +141,12 @@ class BalanceProblem(Problem):
             return self._in_order(super().correct(x, tangent, fixed))
         found = self._found()
         x = np.ascontiguousarray(x, float)
-        status = corrector.correct(self._equations(), corrector.Place(x, x, tangent), fixed, found, False)
+        status = self._heard((found.x,), corrector.correct, corrector.Place(x, x, tangent), fixed, found, False)
         return self._corrected(tangent, status, found)
+
+    def _heard(self, read, kernel, *given):
+        """Return what a compiled corrector does; a signal may end it, by NaN in the arrays ``read``."""
+        return interruptible(self.size >= MANY, functools.partial(spoil, read), kernel, self._equations(), *given)
 
     def _found(self) -> corrector.Found:
         """Return arrays for what `hbm.corrector` finds; the last two are overwritten by the next call."""
@@ -174,7 +179,7 @@ class BalanceProblem(Problem):
         rows = np.empty((most, 2 * row.x.size + tests.shape[1] + TOLD))
         steps = corrector.Run(np.array([before.x, before.tangent]), self._kinds, run, tests, rows)
         found = self._found()
-        status = corrector.follow(self._equations(), row.x, row.tangent, found, steps)
+        status = self._heard((found.x, run), corrector.follow, row.x, row.tangent, found, steps)
         made = followed(row, rows[:int(run[MADE])], tuple(signs))
         sizes[:] = tests[SIZE].tolist()
         # what fails from a guess ahead is tried again from the tangent
@@ -186,7 +191,8 @@ class BalanceProblem(Problem):
             return None
         hermite, box, found = np.array([curve.xa, curve.chord, curve.da, curve.db]), np.zeros(BOX), self._found()
         place = (int(self._kinds[(test - 1) // 2]), OVERSHOOT if (test - 1) % 2 else MISS) if test else (-1, 0)
-        if not corrector.locate(self._equations(), hermite, (*ends, math.nan if guess is None else guess), place, found, box):
+        ends = (*ends, math.nan if guess is None else guess)
+        if not self._heard((found.x, hermite), corrector.locate, hermite, ends, place, found, box):
             return (None,)
         return (root_of(box, self._corrected(found.new, corrector.CONVERGED, found)),)
 

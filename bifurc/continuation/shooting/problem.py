@@ -785,7 +785,9 @@ class OrbitProblem(Problem):
         key = np.asarray(x, float).tobytes()
         if key not in self._known:
             whole, U = self._whole(x)
-            M = self._flow(x, whole, U)
+            s, half = self.sequence.written_out(x[:-1])
+            M = self._flow(x, s, half) if s.closure < 0 else self._flow(x, whole, U)
+            M = M @ M if s.closure < 0 else M  # over the other half it is the same
             if len(self._known) >= KNOWN:
                 self._known.clear()
             self._known[key] = nontrivial(self.equations, whole, U, M, self._labels)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._jit import NOTHING, PAIR, apart, leaf, njit
 from ...compose.tables import ORDER
+from .products import multiply, product
 
 KNOWS_BESIDE = False
 FAR = 64  # steps of a mode after which samples of a long segment are gone on with from there, not from its start
@@ -62,14 +63,10 @@ def remainder(T, m, x, s, y1):
 def integrate(T, m, x, k):
     """Advance ``x = (y, w)`` by ``k`` whole steps in place."""
     A, E, harmonics, turn = T.A, T.E, T.harmonics, T.turn
-    ns, nx = A.shape[1], A.shape[2]
+    ns = A.shape[1]
     y1 = np.empty(ns)
     for _ in range(k):
-        for i in range(ns):
-            total = 0.0
-            for c in range(nx):
-                total += E[m, i, c] * x[c]
-            y1[i] = total
+        product(E, m, x, y1)
         for i in range(ns):
             x[i] = y1[i]
         for q in range(harmonics.size):
@@ -152,22 +149,6 @@ def arc_beside(T, m, x, s, numbers, y1, Phi, change):
     """Like `arc`; an engine that knows it (`KNOWS_BESIDE`) also writes the ``change`` (ns,) that other numbers make: here tables of
     these cost as much."""
     arc(T, m, x, s, y1, Phi)
-
-
-@leaf
-def multiply(a, b, scratch):
-    """a <- a b for small square matrices, without a library call; ``a`` may be ``b``."""
-    n = a.shape[0]
-    for i in range(n):
-        for j in range(n):
-            scratch[i, j] = 0.0
-        for k in range(n):
-            r = a[i, k]
-            for j in range(n):
-                scratch[i, j] += r * b[k, j]
-    for i in range(n):
-        for j in range(n):
-            a[i, j] = scratch[i, j]
 
 
 @leaf

@@ -11,6 +11,7 @@ from ...compose.tables import ORDER, TURN
 from ..affine.hidden import HIDDEN
 from ..affine.peak import zeros
 from ..affine.polynomial import EPS, first_zero, highest
+from ..affine.products import product
 
 TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
 SUMMED = 16.0 * EPS  # of a sum over the modes, and of every mode in it: its coordinate, and the error of its eigenvalue with time
@@ -26,29 +27,6 @@ def to_modal(T, m, x, xi):
 def from_modal(T, m, xi, x):
     """Write the joined state of modal coordinates ``xi`` (nx,) into ``x`` (nx,)."""
     product(T.V, m, xi, x)
-
-
-@njit
-def product(matrices, m, x, out):
-    """Write ``matrices[m] @ x`` into ``out``; four rows at a time, since a sum waits for each of its terms."""
-    rows, columns = matrices.shape[1], x.size
-    i = 0
-    while i + 4 <= rows:
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for k in range(columns):
-            r = x[k]
-            a += matrices[m, i, k] * r
-            b += matrices[m, i + 1, k] * r
-            c += matrices[m, i + 2, k] * r
-            d += matrices[m, i + 3, k] * r
-        out[i], out[i + 1], out[i + 2], out[i + 3] = a, b, c, d
-        i += 4
-    while i < rows:
-        a = 0.0
-        for k in range(columns):
-            a += matrices[m, i, k] * x[k]
-        out[i] = a
-        i += 1
 
 
 @njit

@@ -13,6 +13,7 @@ from ...solve.broyden import broyden
 from ...solve.newton import NewtonStatus, newton
 from ...system import System
 from ..base import Orbit
+from ..standing import resting_start
 from .harmonic_orbit import TOLERANCE, HarmonicOrbit, relative_residual
 from .method import AUTO_FIRST, AUTO_MOST, HarmonicBalance
 from .setvalued import set_valued
@@ -20,6 +21,7 @@ from .setvalued import set_valued
 ALIASING = 1e-12  # relative change of the residual at twice the samples that is none
 EPS = float(np.finfo(float).eps)
 LOOSE = 1e-10  # of the largest entry of the Jacobian: forces of a mean displacement that are none
+SETTLING = 64  # periods of a motion from rest, behind which it is looked at: it need not have settled, but to touch what carries it
 SCALED = (0.7, 0.5, 0.3, 1.5, 2.0, 0.1, 0.05)  # of the linear response: starts where its own, rest and raised loads lead nowhere
 
 
@@ -33,7 +35,7 @@ def balanced(system: System, method: HarmonicBalance, guess=None, periods: int |
     guess : HarmonicOrbit, PeriodicOrbit, array, or None
         An orbit, of other parameters, harmonics or method; a state (2 n,) or (ns,) from which the motion is simulated and
         analysed; packed coefficients (layout.size,); None: the linear response, then the motion at rest, then loads raised
-        step by step.
+        step by step, then the motion from rest.
     periods : int, optional
         Forcing periods of the motion; default that of a guessed orbit, or 1.
 
@@ -90,6 +92,11 @@ def _solved(system: System, method: HarmonicBalance, guess, layout: Layout) -> H
         how["samples"] = balance.samples
     condensed = method.condensed(balance)
     x, iterations, status = _iterated(condensed or balance, method, starts, guess is None)
+    if status is not None and guess is None and (start := _settling(balance)) is not None:
+        found, more, failed = _iterated(condensed or balance, method, [start], False)
+        iterations += more
+        if failed is None and not _loose(balance, [found]):
+            x, status = found, None
     while balance.parts.laws and method.samples is None and status is None:
         finer = Balance(system, layout, balance.samples, 2 * balance.law_samples, balance.parts)
         closer = None if condensed is None else method.condensed(finer, like=condensed)
@@ -150,6 +157,19 @@ def condensing(condensed: Condensed) -> str:
     """Return in words what was solved instead of the whole balance."""
     return (f"{condensed.whole.size} unknowns to {condensed.layout.size}, those of the {condensed.layout.n} of {condensed.whole.n} "
             f"coordinates that contacts and laws touch; receptance {condensed.linear.way}")
+
+
+def _settling(balance: Balance) -> np.ndarray | None:
+    """Return the packed motion from rest after some periods, None where there is none: it has found the contacts that carry a mean
+    load, which no motion without them shows."""
+    layout, period = balance.layout, balance.system.period
+    assert period is not None  # `balanced` refuses autonomous systems
+    count, whole = max(256, 8 * layout.top), SETTLING * layout.periods
+    motion = simulate(balance.system, resting_start(balance.system), periods=whole)
+    if not motion.success:
+        return None
+    t = (whole - layout.periods + np.arange(count) * (layout.periods / count)) * period
+    return layout.analysis(motion(t)[:, :layout.n])
 
 
 def _reaction(equations: Balance | Condensed, x) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ... import io
 from ...checks import checked
+from ...content import copy_of, kept
 from ...flow.trajectory import Event, Events
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
@@ -122,7 +123,7 @@ class HarmonicOrbit(Orbit):
         """Frequency of the slowest harmonic, omega / periods."""
         return 2.0 * math.pi / self.period
 
-    @functools.cached_property
+    @kept
     def state(self) -> np.ndarray:
         """State (ns,) at phase 0: coordinates, velocities, memory."""
         return self._states(np.zeros(1))[0]
@@ -218,7 +219,7 @@ class HarmonicOrbit(Orbit):
     @property
     def multipliers(self) -> np.ndarray | None:
         """Floquet multipliers (complex, largest first) of the motion with its memory; None where `how` says why not."""
-        return self._stability[0]
+        return copy_of(self._stability[0])
 
     @property
     def stable(self) -> bool | None:

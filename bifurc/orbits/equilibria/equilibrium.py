@@ -21,7 +21,7 @@ from scipy.linalg import qr
 from ... import io
 from ...checks import checked, floats, refused, whole
 from ...compose.scene import Scene, scene_of
-from ...content import Content
+from ...content import Content, kept
 from ...enumerations import DescribedEnum
 from ...flow import settle
 from ...flow.linear import ModeField
@@ -140,7 +140,7 @@ class Equilibrium(Content, Notebook, Motion):
         F, _, terms = self._balance
         return float((np.abs(F) / terms)[:self.scene.ns].max())
 
-    @functools.cached_property
+    @kept
     def continuum(self) -> np.ndarray:
         """Directions (k, ns), orthonormal, in which equilibria of the same mode lie nearby; k = 0: it stands alone."""
         # nothing of it moves: its velocities are zero in any units
@@ -203,7 +203,7 @@ class Equilibrium(Content, Notebook, Motion):
                      "side, they do not decide stability.")
         return text
 
-    @functools.cached_property
+    @kept
     def linearisation(self) -> np.ndarray:
         """Matrix A (k, k) of small motions c' = A c that the mode allows, modulo the continuum, in the units of the system: the
         state is ``state + directions @ c``.  Where nothing is held it is the derivative of (velocities, accelerations, rates of
@@ -212,7 +212,7 @@ class Equilibrium(Content, Notebook, Motion):
         B = self.directions
         return (B.T @ Z) @ A @ (read @ B)
 
-    @functools.cached_property
+    @kept
     def directions(self) -> np.ndarray:
         """Directions (ns, k), orthonormal in the units of the system, of the motions of `linearisation`: components of the state
         that are free, in their order, and combinations of those that are not alone so."""
@@ -240,7 +240,7 @@ class Equilibrium(Content, Notebook, Motion):
             A, Z = Q.T @ A @ Q, Z @ Q
         return A, Z * units[:, None], Z.T / units
 
-    @functools.cached_property
+    @kept
     def eigenvalues(self) -> np.ndarray:
         """Eigenvalues, complex, largest real part first, of the motions that the mode allows."""
         A = self._small[0]

@@ -2,6 +2,7 @@
 import copy
 import dataclasses
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from ...compose.modal import give_modal
 from ...compose.scene import Scene
 from ...compose.tables import rebuild
 from ...compose.writer import kernels
+from ...solve.interrupts import MANY, interruptible, spoil
 from ...solve.steprun import MADE, TOLD
 from ...solve.zeros import BOX
 from . import motion, sequence
@@ -100,8 +102,7 @@ class Equations:
             Search the plane through ``x`` orthogonal to ``tangent``; False: keep the parameter.
         """
         U, tangent, info = x.copy(), tangent.copy(), np.zeros(sequence.INFO)
-        status = self.kernel.correct(self.path.tables, self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE,
-                                     MAX_ITERATIONS)
+        status = self._heard((U,), self.kernel.correct, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE, MAX_ITERATIONS)
         return status, U, tangent, info
 
     def follow(self, before, x, tangent, reads, run, tests, most: int):
@@ -121,17 +122,21 @@ class Equations:
         """
         U, predicted, tangent, info = x.copy(), x.copy(), tangent.copy(), np.zeros(sequence.INFO)
         rows = np.empty((most, 2 * x.size + tests.shape[1] + TOLD))
-        status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), info, TOLERANCE, MAX_ITERATIONS,
-                                    (before, reads, run, tests, rows))
+        status = self._heard((U, run), self.kernel.follow, (U, predicted, tangent), info, TOLERANCE, MAX_ITERATIONS,
+                             (before, reads, run, tests, rows))
         return status, U, predicted, tangent, info, rows[:int(run[MADE])]
 
     def locate(self, hermite, bracket, place: int):
         """Find the zero of a test beside a cubic curve, see `sequence.locate`: status, x, the curve's point, tangent, info, box."""
         U, predicted, tangent = np.empty((3, self.size + 1))
         info, box = np.zeros(sequence.INFO), np.zeros(BOX)
-        status = self.kernel.locate(self.path.tables, self._data, hermite, bracket, place, (U, predicted, tangent), info, TOLERANCE,
-                                    MAX_ITERATIONS, box)
+        status = self._heard((U, hermite), self.kernel.locate, hermite, bracket, place, (U, predicted, tangent), info,
+                             TOLERANCE, MAX_ITERATIONS, box)
         return status, U, predicted, tangent, info, box
+
+    def _heard(self, read, kernel, *given):
+        """Return what a kernel does with the tables; it ends early where a signal asks and NaN stands in the arrays ``read``."""
+        return interruptible(self.size >= MANY, partial(spoil, read), kernel, self.path.tables, self._data, *given)
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""

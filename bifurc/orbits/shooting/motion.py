@@ -9,8 +9,9 @@ from ..._jit import both
 from ...compose.tables import ORDER
 from ...flow.affine.engine import advance, arc, forcing, propagate, reach, state_series  # noqa: F401  advance is read from here
 from ...flow.affine.polynomial import highest
+from ...flow.affine.products import premultiply
 from ...flow.dense import sample
-from ...flow.saltation import joined, premultiply, saltation
+from ...flow.saltation import joined, saltation
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER, reset
 
 _ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)
