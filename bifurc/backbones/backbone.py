@@ -106,7 +106,7 @@ def _overdamped(found: list[ExtendedMode]) -> str:
     if not found or found[-1].damping < 1.0:
         return ""
     return (f" The damping ratio of the last mode is {found[-1].damping:.3g}: contacts take out in a period more than the motion "
-            "holds, and no mode was found beyond; whether there is one is undecided. A softer contact or a spring beside it has one.")
+            "holds. Whether there is a mode beyond is undecided; a softer contact or a spring beside it has one.")
 
 
 def _begun(system: System, value: float, options: dict) -> ExtendedMode:
