@@ -345,7 +345,7 @@ def test_morse_graphs_of_random_chains_are_those_of_networkx(size, draws, rng):
         closed = [k for k in range(parts.total) if parts.closed[k] and parts.label[size] != k]
         groups = [SimpleNamespace(cells=np.flatnonzero(parts.label[:size] == k)[::-1], attractor=n, kind=GroupKind.SPURIOUS)
                   for n, k in enumerate(closed) if n != 1]
-        found = morse_graph(SimpleNamespace(components=parts, matrix=matrix, grid=grid, groups=groups))
+        found = morse_graph(SimpleNamespace(_components=parts, _chain=matrix, grid=grid, groups=groups))
         whole = networkx.DiGraph(list(zip(*(end.tolist() for end in matrix.nonzero()), strict=True)))
         short = networkx.condensation(whole)
         recurrent = [k for k, content in short.nodes(data="members")

@@ -11,7 +11,6 @@ from bifurc.basins.boundaries import search, unstable
 from bifurc.basins.cells import cell_map, images
 from bifurc.basins.cells.cell_map import CellFate, CellMap, Group, GroupKind
 from bifurc.basins.cells.images import Carrier, offsets_of
-from bifurc.basins.maps import basin_map
 from bifurc.basins.maps.basin_map import BasinMap
 from bifurc.basins.maps.compute import _known
 from bifurc.ensemble.outcomes import DIVERGED, OUTSIDE, REACHED, UNSETTLED, CellState
@@ -41,7 +40,7 @@ def test_known_attractors_are_stable_orbits_of_the_system():
         _known(SYSTEM, 3)
     with pytest.raises(ValueError, match="another system"):
         _known(SYSTEM.with_parameters(amplitude=0.2), [orbit])
-    with pytest.raises(ValueError, match="must be PeriodicOrbit"):
+    with pytest.raises(ValueError, match="must be a PeriodicOrbit"):
         _known(SYSTEM, ["orbit"])
     for success, stable in ((False, True), (True, False), (False, False)):
         class Stand(type(orbit)):
@@ -122,29 +121,14 @@ def test_images_are_read_in_the_components_of_the_grid(rng):
                                                                                  [0.75, 0.75]])
 
 
-def test_a_labeller_follows_points_with_the_options_of_its_map(monkeypatch):
-    asked = {}
-    monkeypatch.setattr(basin_map, "integrator_of", lambda *a: "integrator")
-    monkeypatch.setattr(basin_map, "targets_of", lambda *a: "targets")
-    monkeypatch.setattr(basin_map, "Labeller", lambda *a: "own")
-    fixed = {"v0": 0.7}
-    monkeypatch.setattr(basin_map, "states_at", lambda scene, names, at, points: asked.update(fixed=at, names=names) or points)
-
-    def label(own, states, targets, most, store, run):
-        asked.update(own=own, targets=targets, most=most, run=run)
-        return SimpleNamespace(labels=np.array([0, -1, -1]), states=np.array([REACHED, OUTSIDE, DIVERGED]))
-    monkeypatch.setattr(basin_map, "label_starts", label)
-    stand_in = SimpleNamespace(system=SYSTEM, options={"max_events": 7, "max_periods": 9}, section=None, attractors=(), radii=(),
-                               scale=None, grid=SimpleNamespace(names=("q0",), at=fixed))
-    assert BasinMap.labeller(stand_in, 3)(np.zeros((3, 1))).tolist() == [0, -2, -3]
-    assert asked == {"own": "own", "targets": "targets", "most": 9, "run": {"workers": 3, "executor": None}, "fixed": fixed,
-                     "names": ("q0",)}
-    monkeypatch.setattr(basin_map.os, "cpu_count", lambda: 5)
-    BasinMap.labeller(stand_in, executor=map)(np.zeros((3, 1)))
-    assert asked["run"] == {"workers": 5, "executor": map}
-    monkeypatch.setattr(basin_map.os, "cpu_count", lambda: None)
-    BasinMap.labeller(stand_in)(np.zeros((3, 1)))
-    assert asked["run"]["workers"] == 1
+def test_a_labeller_follows_points_as_their_map_did():
+    """Also with its options, its fixed components and more workers."""
+    oscillator = bf.systems.impact_oscillator(zeta=0.05, omega=0.5, amplitude=0.52, gap=1, restitution=0.7)
+    for more in ({}, {"at": {"v0": 0.3}}):
+        grid = bf.Grid(q0=(-3, 1, 6), **more) if more else bf.Grid(q0=(-3, 1, 6), v0=(-4, 4, 6))
+        basins = bf.basins_of_attraction(oscillator, grid, max_periods=40)
+        points = grid.points(np.arange(grid.size))
+        assert basins.labeller(2)(points).tolist() == basins.labels.ravel().tolist()
 
 
 def test_a_saddle_is_returned_where_the_motion_comes_back_and_newton_agrees(monkeypatch):

@@ -291,7 +291,7 @@ def test_columns_are_copies_in_the_order_of_arclength():
     assert branch.x(2).tolist() == [6.0, 1.0]
     with pytest.raises(KeyError, match="no column 'z'; there are step, s, p, m, r"):
         branch.column("z")
-    with pytest.raises(IndexError):
+    with pytest.raises(ValueError, match="i = 3 is not allowed; it must be a whole number, at least -3 and at most 2"):
         branch.x(3)
 
 
@@ -344,7 +344,7 @@ def test_monitors_and_peaks_are_named_or_refused():
     problem = pitchfork()
     assert with_monitors(problem, None) is problem and with_monitors(problem, {}) is problem
     for bad, said in (({"": abs}, "no free name"), ({"bound": abs}, "no free name"), ({3: abs}, "a mapping of names"),
-                      ({"a": 4}, "must be a function of a solution")):
+                      ({"a": 4}, "must be a function")):
         with pytest.raises(ValueError, match=said):
             with_monitors(problem, bad)
     assert value_of("a", lambda s: s + 1, 2) == 3.0 and math.isnan(value_of("a", lambda s: math.nan, 2))
