@@ -232,7 +232,7 @@ def test_bad_arguments_are_named(orbit):
         bf.control.controlled_multipliers(orbit, "velocity", 0.1)
     with pytest.raises(bf.control.NotSupported, match="memory 0.3"):
         bf.control.feedback_range(orbit, "velocity", (0.0, 1.0), memory=0.3)
-    with pytest.raises(ValueError, match="degree of freedom 1"):
+    with pytest.raises(ValueError, match="row = 1 is not allowed"):
         bf.control.feedback_range(orbit, "displacement", (0.0, 1.0), row=1)
 
 

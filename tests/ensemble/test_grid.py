@@ -23,7 +23,7 @@ def test_record_and_line():
 
 @pytest.mark.parametrize(("keywords", "said"), [
     ({}, "no components are given"),
-    ({"q0": (-1, 1, 3), "periodic": ("v0",)}, "names 'v0', which the grid does not run over; it runs over q0"),
+    ({"q0": (-1, 1, 3), "periodic": ("v0",)}, "periodic = 'v0' is not allowed; it must be one of 'q0'"),
     ({"x": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'x' is unknown"),
     ({"q01": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'q01' is unknown"),
     ({"q0": (1, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
@@ -56,7 +56,7 @@ def test_components_the_system_has_not(grid):
     ({"workers": 0}, "workers = 0"), ({"tolerance": 0.0}, "tolerance = 0.0"),
     ({"tolerance": np.nan}, "tolerance = nan"),
     ({"max_periods": 0}, "max_periods = 0"), ({"seed": -1}, "seed = -1"), ({"max_events": 1.5}, "max_events = 1.5"),
-    ({"attractors": [3]}, "they must be PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor or Equilibrium"),
+    ({"attractors": [3]}, "it must be a PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor or Equilibrium"),
 ])
 def test_options_out_of_range(keywords, said):
     with pytest.raises(ValueError) as error:

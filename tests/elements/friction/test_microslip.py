@@ -75,7 +75,7 @@ def test_contacts_without_a_limit_are_absent():
 
 
 @pytest.mark.parametrize("make, words", [
-    (lambda: Iwan((), ()), r"stiffnesses = \(\) is not allowed; it must be a list of numbers, one a slider, at least one"),
+    (lambda: Iwan((), ()), r"limits = \(\) is not allowed; it must be a list of finite numbers, at least one"),
     (lambda: MicroSlip(1.0, 1.0, ()), r"limits = \(\) is not allowed"),
     (lambda: Iwan((1.0, 0.0), (1.0, 1.0)), r"stiffnesses\[1\] = 0.0 is not allowed; it must be a finite number above 0"),
     (lambda: Iwan((1.0,), (1.0, 1.0)), "1 stiffnesses and 2 limits"),
