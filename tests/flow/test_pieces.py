@@ -395,9 +395,11 @@ def test_the_record_is_what_the_motion_says():
     times, states = motion.sample(7)
     assert np.array_equal(times, np.linspace(0.4, motion.stop, 7)) and np.array_equal(states, motion(times))
     assert motion(np.full((2, 3), 1.0)).shape == (2, 3, 2) and motion(np.nextafter(motion.stop, 99.0)).shape == (2,)
-    for outside in (0.4 - 1e-9, motion.stop + 1e-9, np.nan):
+    for outside in (0.4 - 1e-9, motion.stop + 1e-9, np.array([np.nan])):
         with pytest.raises(ValueError, match=r"t must lie in \[0.4, .*\], the motion that was simulated"):
             motion(outside)
+    with pytest.raises(ValueError, match="t = nan is not allowed; it must be finite numbers, one or a list"):
+        motion(np.nan)
     assert motion.sections.shape == (6, 2) and motion.sections[0] == pytest.approx(motion(period), abs=1e-12)
     before, known = motion.past(motion.stop, 2.0 * period)
     assert known == [e.time for e in events if e.time > motion.stop - 2.0 * period] and before(1.0) == pytest.approx(motion(1.0))
@@ -437,7 +439,7 @@ def test_how_motions_end():
 
 @pytest.mark.parametrize("given, words", [
     ({}, "give either periods or duration"), ({"periods": 1, "duration": 1.0}, "give either periods or duration"),
-    ({"periods": -1.0}, "simulate: periods = -1.0 is not allowed; it must be a finite number, at least 0"),
+    ({"periods": -1.0}, "simulate: periods = -1.0 is not allowed; it must be a number from 0 to 1e"),
     ({"duration": -1.0}, "simulate: duration = -1.0 is not allowed; it must be a finite number, at least 0"),
     ({"periods": np.inf}, "simulate: periods = inf"), ({"duration": "x"}, "simulate: duration = 'x'"),
     ({"periods": 1, "t0": np.nan}, "simulate: t0 = nan"), ({"periods": 1, "max_events": 0}, "simulate: max_events = 0"),
