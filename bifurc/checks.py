@@ -197,9 +197,10 @@ def array(owner: str, name: str, value, *, axes: tuple[int, ...] = (1,), least: 
     if (found is None or found.ndim not in axes or found.size < least or not np.isfinite(found).all()
             or (count is not None and found.size != count)):
         many = f"{count} " if count is not None else ""
-        allowed = {(0, 1): "finite numbers, one or a list", (0, 1, 2, 3): "finite numbers, one or a list", (2,): "a table of finite numbers"}
         few = ", at least one" if found is not None and found.size < least == 1 else ""
-        raise refused(owner, name, value, allowed.get(axes, f"a list of {many}finite numbers") + few)
+        allowed = ("finite numbers, one or a list" if 0 in axes else "a table of finite numbers" if axes == (2,)
+                   else f"a list of {many}finite numbers")
+        raise refused(owner, name, value, allowed + few)
     return found
 
 

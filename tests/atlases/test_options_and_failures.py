@@ -14,8 +14,8 @@ def asked(**options):
 
 
 @pytest.mark.parametrize(("options", "text"), [
-    ({"nope": 1}, "'nope'"), ({"stop": lambda point: False}, "'stop'"), ({"direction": 1}, "'direction'"), ({"ds": 0.0}, "ds = 0.0 is not"),
-    ({"ds_max": -1.0}, "ds_max = -1.0 is not"), ({"ds_min": "small"}, "ds_min = 'small' is not"), ({"max_steps": 2.5}, "max_steps = 2.5 is not"),
+    ({"nope": 1}, "'nope'"), ({"stop": lambda point: False}, "'stop'"), ({"direction": 1}, "'direction'"), ({"ds": 0.0}, "ds = 0."),
+    ({"ds_max": -1.0}, "ds_max = -1.0"), ({"ds_min": "small"}, "ds_min = 'small'"), ({"max_steps": 2.5}, "max_steps = 2.5"),
     ({"peaks": "max_7"}, "max_7"), ({"peaks": 3}, "peaks"), ({"audit": "slow"}, "audit"), ({1: 2}, "1"), ([1], "mapping"),
     ("ds", "mapping")])
 def test_options_of_trace_are_checked_before_work(options, text, tmp_path):
