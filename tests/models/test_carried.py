@@ -188,8 +188,8 @@ def test_reduced_systems_name_their_coordinates_and_carry_the_damping():
 
 
 @pytest.mark.parametrize("keep, modes, words", [
-    (["b.x", 2], 1, "names a coordinate twice"), (0, 1.5, "modes = 1.5"), (0, -1, "modes = -1"), ("c.x", 1, "reduced: there is no"),
-    (4, 1, "reduced: dof = 4 is not allowed")])
+    (["b.x", 2], 1, "names a coordinate twice"), (0, 1.5, "modes = 1.5"), (0, -1, "modes = -1"), ("c.x", 1, "there is no degree"),
+    (4, 1, "reduced: keep = 4 is not allowed")])
 def test_requests_that_cannot_be_met(keep, modes, words):
     with pytest.raises(ValueError, match=words):
         system().reduced(keep, modes)
