@@ -522,14 +522,18 @@ def _short(value) -> str:
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
-def require_values(system: System, argument: str, name: str, values) -> None:
-    """Raise ValueError, naming the argument that gave them, unless a system can have each of some values of a parameter."""
+def require_values(system: System, argument: str, name: str, values, *, least: int | None = None) -> None:
+    """Raise ValueError, naming the argument that gave them, unless a system can have all, or at ``least`` some, of the values of a
+    parameter."""
     system.parameter(name)
-    for value in values:
+    why = []
+    for value in map(float, values):
         try:
-            system.with_parameters(**{name: float(value)})
+            system.with_parameters(**{name: value})
         except ValueError as error:  # the builder's own words
-            raise ValueError(f"{argument}: {value!r} is not allowed; {error}") from None
+            why.append(f"{argument}: {value!r} is not allowed; {error}")
+    if len(why) > (0 if least is None else len(values) - least):
+        raise ValueError(why[0])
 
 
 def require_system(value) -> System:

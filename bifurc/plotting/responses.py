@@ -5,14 +5,16 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..checks import ALL_DRAWN, DRAWN, array, checked, like, many, mapping, of, refused, word
+from ..checks import ALL_DRAWN, array, checked, like, many, mapping, of, refused, word
 from . import style
 
 _LINES = ("-", (0, (5, 1.5)))  # of the variants in a picture of peaks
 
+CURVE = like("a ParameterCurve, see trace_curve", "column", "special_points")
+
 
 @style.styled
-@checked(branches=ALL_DRAWN, name=word, curve=like("a ParameterCurve", "column"), measured=of(array, axes=(2,)))
+@checked(branches=ALL_DRAWN, name=word, curve=CURVE, measured=of(array, axes=(2,)))
 def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, ax: Axes | None = None, measure: str = "max_0",
                    curve: Any = None, measured: np.ndarray | None = None) -> Axes:
     """Draw branches over their parameter, one a value of a second parameter, with their peaks and the curve through them.
@@ -94,7 +96,7 @@ def plot_peaks(curves: dict[str, tuple[Any, Sequence[tuple[float, float]]]], nam
     for label, drawn in curves.items():
         name_of = f"curves[{label!r}]"
         both = many("plot_peaks", name_of, drawn, of=lambda owner, name, value: value, count=2)
-        DRAWN("plot_peaks", f"{name_of}[0]", both[0])
+        CURVE("plot_peaks", f"{name_of}[0]", both[0])
         many("plot_peaks", f"{name_of}[1]", both[1], of=of(array, count=2))
     for number, (label, (curve, peaks)) in enumerate(curves.items()):
         color = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)[number % 4]

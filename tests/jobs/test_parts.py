@@ -51,7 +51,8 @@ def test_who_runs_chunks(monkeypatch):
     own = SerialExecutor()
     make, owned = executors._maker(own, None, 3)
     assert make() is own and not owned
-    assert executors._maker(SerialExecutor, None, 3) == (SerialExecutor, True)  # a class makes executors, as a function does
+    make, owned = executors._maker(SerialExecutor, None, 3)  # a class makes executors, as a function does
+    assert isinstance(make(), SerialExecutor) and owned
     assert run_chunks(ChunkStore(None, JOB), squares, payloads(2), executor=SerialExecutor).computed == 2
 
     class Client:

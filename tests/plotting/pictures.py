@@ -300,7 +300,7 @@ def sweep():
         Made(number=2, values=values[1:], attractors=[item(1, hits=2), item(3)], fractions=np.array([0.1, 0.5])),
     ]
     shares = np.array([[0.5, 0.3, 0.0], [0.4, 0.4, 0.1], [0.3, 0.0, 0.5]])
-    return Made(parameter="omega", values=values, tracks=tracks, families=((0,), (1,), (2,)), fractions=shares)
+    return Made(system=Made(n=2), parameter="omega", values=values, tracks=tracks, families=((0,), (1,), (2,)), fractions=shares)
 
 
 def cells():

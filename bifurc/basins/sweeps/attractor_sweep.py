@@ -255,7 +255,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     parameter = system.parameter_name(parameter)
     system.parameter(parameter)
     values = _values(values)
-    require_values(system, "values", parameter, values)
+    require_values(system, "values", parameter, values, least=1)  # each other one fails alone
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
     options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}

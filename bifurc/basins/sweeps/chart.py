@@ -207,7 +207,7 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
         system.parameter(name)
     values = tuple(_values(item, f"parameters[{name!r}]") for name, item in parameters.items())
     for name, item in zip(names, values, strict=True):
-        require_values(system, f"parameters[{name!r}]", name, item)
+        require_values(system, f"parameters[{name!r}]", name, item, least=1)  # each other one fails alone
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
     options = {"starts": starts, "seed": seed, "transient": transient, "longest": longest, "exponents": exponents,
