@@ -60,7 +60,7 @@ def said(capsys, *arguments):
         (["explore", "pendulum"], ["'pendulum'"]),
         (["explore", "none/branch.npz"], ["there is no file none/branch.npz"]),
         (["basins", "belt_oscillator"], ["no excitation", "--section v0"]),
-        (["basins", "belt_oscillator", "--section", "q7"], ["Section: component 'q7' is unknown"]),
+        (["basins", "belt_oscillator", "--section", "q7"], ["section: component 'q7' is unknown"]),
         (["basins", "belt_oscillator", "--section", "v0", "0", "up"], ["rising, falling or both, got v0 0 up"]),
         (["basins", "belt_oscillator", "--section", "v0", "x"], ["finite number", "'x'"]),
         (["basins", "impact_oscillator", "--section", "v0"], ["--section is for systems without excitation"]),

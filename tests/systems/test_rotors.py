@@ -118,7 +118,7 @@ def test_the_impact_law_never_turns_the_sliding_round():
 @pytest.mark.parametrize(("name", "value"), [("radius", 0.0), ("radius", -1.0), ("friction", -0.1), ("surface_speed", np.nan),
                                              ("x", -1)])
 def test_bad_stators_are_refused_by_name(element, name, value):
-    with pytest.raises(ValueError, match=name if name != "x" else "degree of freedom"):
+    with pytest.raises(ValueError, match=name if name != "x" else "x = -1 is not allowed"):
         element(**{name: value}).site(2)
 
 
