@@ -84,7 +84,7 @@ def test_belts():
     assert systems.belt_oscillator(static=0.6, kinetic=0.6).elements[0].static == 0.6
     for given, words in (({"law": "dry"}, "law = 'dry' .* one of 'coulomb', 'exponential', 'cubic'"),
                          ({"kinetic": -0.1}, "kinetic = -0.1"),
-                         ({"static": 0.5}, "static = 0.5 is not allowed; it must be a finite number, at least 0.6")):
+                         ({"static": 0.5}, "static = 0.5 is not allowed; it must be at least kinetic = 0.6")):
         with pytest.raises(ValueError, match=words):
             systems.belt_oscillator(**given)
 
