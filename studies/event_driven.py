@@ -393,6 +393,8 @@ class Motion:
         self.seen(self.z)
         self.events, self.impacts, self.log = 0, 0, []
         self.ignored = LONG(0)  # largest speed, of coordinates with unit mass and time, that was taken for rest
+        self.rounding = LONG(0)  # speed that rounding of places has made
+        self.struck = [-LONG("inf")] * len(scene.contacts)  # when each was struck last
         self.states = self.fired = None
         self.settle()
 
@@ -518,6 +520,7 @@ class Motion:
             i = hit[1]
             row = I.rows[i]
             self.z[n:2 * n] -= row * (1 + LONG(contacts[i].restitution)) * (row @ self.z[n:2 * n]) / (row @ row)
+            self.unresolved(i, hit[0])
             self.impacts += 1
             self.log.append((float(self.t * I.unit), i))
             hits.append(hit)
@@ -527,6 +530,13 @@ class Motion:
                 self.states = states
                 return
         raise Undecided(f"no combination of {options} may follow")
+
+    def unresolved(self, i, speed):
+        """Add what rounding of the place makes of the speed of an impact: it over the time of the flight, at most all of it."""
+        g, length = np.abs(self.I.depth(i)), np.sqrt(self.I.rows[i] @ self.I.rows[i])
+        flight, self.struck[i] = self.t - self.struck[i], self.t
+        if flight > 0:
+            self.rounding += min(len(g) * np.finfo(LONG).eps * (g @ self.largest) / length / flight, speed)
 
     def dies_out(self, hits) -> bool:
         """Put to rest what impacts whose speeds fall as a geometric sequence leave: no speed of the rows that take turns."""

@@ -157,8 +157,8 @@ class Compared:
 
 
 def followed(s: Scene, times):
-    """Return the states of the reference at times, as far as it has an answer, what the speeds that it took for rest may change in
-    each, why it has no answer, and the number of its events."""
+    """Return the states of the reference at times, as far as it has an answer, what speeds that it took for rest or rounded may
+    change in each, why it has no answer, and the number of its events."""
     found: list = []
     ignored: list = []
     motion = None
@@ -168,7 +168,7 @@ def followed(s: Scene, times):
         for t in times:
             motion.to(t)
             found.append(motion.y)
-            speeds = motion.ignored * reach
+            speeds = (motion.ignored + motion.rounding) * reach
             ignored.append(np.concatenate([speeds * t, speeds / motion.I.unit]))
     except Undecided as error:
         return np.array(found), np.array(ignored, float), str(error), motion.events if motion else 0

@@ -22,7 +22,7 @@ instant, and r in the above is what it leaves of the restitution (`rebound`).
 
 Where friction of the mass itself turns at the top of every flight, it brakes the way up and the way back by turns: the release is
 where the push no longer overcomes it, and ``c tau`` is what moves the mass back alone.  Then tau falls to ``C tau^(4/3)``, no ratio
-is that of the boundary, and a few impacts are as slow as rounding: where the rest vanishes is known without all this.
+is that of the boundary, and a few impacts are as slow as rounding: where the rest vanishes is known as far as those are listed.
 
 One file, because listing, condition and descent share the places of the impacts of a train.
 """

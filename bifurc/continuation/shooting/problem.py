@@ -338,13 +338,30 @@ class OrbitProblem(Problem):
     def uncertainty(self, x, tangent) -> float:
         """See `Problem.uncertainty`: the last listed impact of a complete chattering brings the mass to rest at once.  Another
         event that meets this instant meets the end of the impacts that are not listed, by which the parameter may be off."""
-        if not self._chatters or self._released(x) or self._resting(x)[1] > self._unlisted(x):
+        if self._chatters and self._released(x):
+            return self._incomplete(x, tangent)
+        if not self._chatters or self._resting(x)[1] > self._unlisted(x):
             return 0.0
         beside = [c for sign in (-1.0, 1.0) if (c := self.correct(x + sign * AWAY * self.scale * tangent, tangent)).converged]
         rest = self._resting(x)[1]
         rate = max((abs((c.p - float(x[-1])) / (self._resting(c.x)[1] - rest)) for c in beside), default=0.0)
         # where the two meet friction may seem to turn; a rate beside tells the first order
         return FIRST_ORDER * rate * max(self._unlisted(at) for at in (x, *(c.x for c in beside)))
+
+    def _incomplete(self, x, tangent) -> float:
+        """Return how far from ``x`` (n + 1,) the parameter is of an orbit whose impacts are over before the stop lets go.
+
+        The acceleration falls to zero over the rest.  Impacts that it would end within a quarter of the rest, were it constant,
+        last at most twice as long; where the listed ones leave nothing of the rest, the others have no end.
+        """
+        def over(at):
+            return self._resting(at)[1] > 4.0 * self._unlisted(at)
+        for away in () if over(x) else AWAY * 2.0**np.arange(-20, 20):
+            beside = [self.correct(x + way * away * self.scale * tangent, tangent) for way in (-1.0, 1.0)]
+            found = [abs(c.p - float(x[-1])) for c in beside if c.converged and over(c.x)]
+            if found:
+                return min(found)
+        return 0.0
 
     def blur(self, found: Corrected) -> float:
         """See `Problem.blur`: at a given arclength, by the rounding of the flow."""

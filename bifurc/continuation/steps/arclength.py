@@ -546,7 +546,8 @@ class Half:
         part = row.part
         monitor = part.monitors[cut.test - 1]
         clear = max(known_to(cut.special), CLEAR)
-        cut.corrected.before = next((one.x for one in reversed(self.rows) if one.part is part and row.s - one.s > clear), None)
+        cut.corrected.before = next((one.x for one in reversed(self.rows) if one.part is part and row.s - one.s > clear
+                                     and np.any(one.x != cut.corrected.x)), None)
         try:
             answer = part.problem.switch(cut.corrected, monitor)
             if not isinstance(answer, tuple) and self.reach(row):  # what is so near to the bound lies on it
@@ -577,7 +578,7 @@ class Half:
         if born:
             successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
         cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first))
-        self.drop_beside(row, cut.special)
+        self.drop_beside(row, cut.special, 0.0 if problem.placed is None else abs(float(x[-1]) - row.p))
         self.parts.append(successor)
         self.rows.append(first)
         self.signs = [0] * successor.count
@@ -597,14 +598,15 @@ class Half:
         self.pending = self.slope, cut.special
         cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding
 
-    def drop_beside(self, row, special):
+    def drop_beside(self, row, special, astray):
         """Undo the steps to points that differ from a boundary, on which ``row`` lies, by rounding: where several events end at
-        once steps creep up to it, and what lies between those points says nothing."""
+        once steps creep up to it, and what lies between those points says nothing.  Where their parameter is ``astray`` of the
+        boundary's, as others tell it, nor do those that are no farther from them."""
         rows, known = self.rows, special.known
         count = len(rows)
-        while len(rows) > 2 and rows[-3].part is row.part and row.s - rows[-2].s <= known:
+        while len(rows) > 2 and rows[-3].part is row.part and (row.s - rows[-2].s <= known or abs(rows[-2].p - row.p) < astray):
             self.steps -= 1
-            del rows[-2]
+            known = max(known, row.s - rows.pop(-2).s)
         if known > 0.0:
             self.found = [other for other in self.found if other.part is not row.part or other.successor is not None
                           or other is special or row.s - other.s > known]

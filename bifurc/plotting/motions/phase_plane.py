@@ -96,7 +96,7 @@ def _sections(ax: Axes, system: Any, t: np.ndarray, y: np.ndarray, times: np.nda
             markersize=6 if len(times) < 20 else 3)
 
 
-@checked(attractor=like("an orbit or an attractor", "regime", "events", "periods"))
+@checked(attractor=like("an orbit or an attractor", "regime"))
 def describe(attractor: Any) -> str:
     """Return words for an attractor: its period in forcing periods, its impacts and its contacts with what gives way."""
     if attractor.regime:

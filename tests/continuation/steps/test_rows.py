@@ -560,6 +560,6 @@ def test_behind_rows_that_are_rounding_the_parameter_runs_as_before_them(known, 
     fold, birth = (SimpleNamespace(part=one, s=s, successor=None, reverses=True) for one, s in ((part, 1.2), (other, 0.0)))
     special = SimpleNamespace(part=part, s=2.0, successor=None, known=known, reverses=False)
     half = SimpleNamespace(rows=list(rows), found=[birth, fold, special], steps=4, slope=9.0)
-    arclength.Half.drop_beside(half, rows[-1], special)
+    arclength.Half.drop_beside(half, rows[-1], special, 0.0)
     assert half.rows == [*rows[:kept - 1], rows[-1]] and half.steps == kept - 1 and half.slope == slope
     assert half.found == ([birth, special] if known > 0.8 else [birth, fold, special])
