@@ -604,7 +604,8 @@ class Half:
         boundary's, as others tell it, nor do those that are no farther from them."""
         rows, known = self.rows, special.known
         count = len(rows)
-        while len(rows) > 2 and rows[-3].part is row.part and (row.s - rows[-2].s <= known or abs(rows[-2].p - row.p) < astray):
+        while len(rows) > 2 and rows[-3].part is row.part and (
+                row.s - rows[-2].s <= known or astray > 0.0 and abs(rows[-2].p - row.p) < astray):
             self.steps -= 1
             known = max(known, row.s - rows.pop(-2).s)
         if known > 0.0:
