@@ -401,6 +401,11 @@ class Problem:
         """Return the Floquet multipliers at ``x`` (n + 1,), complex, or None where there are none to be balanced."""
         return None
 
+    def followed_multipliers(self, x):
+        """Return numbers (k,) that lie inside the unit circle as the Floquet multipliers at ``x`` (n + 1,) do, and are real as their
+        exponents are, None as those: the tracer follows them from row to row, where the angles of those of a linear motion turn."""
+        return self.floquet_multipliers(x)
+
     def half_multipliers(self, x):
         """Return the multipliers of half a period followed by the mirror, complex, of solutions that are their own mirror image
         after half a period; None of others."""
