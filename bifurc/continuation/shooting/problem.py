@@ -162,6 +162,7 @@ class OrbitProblem(Problem):
     touch = TOUCH  # as the audit of an orbit
     wraps = True
     monitors_read_tangent = False
+    _linear: LinearMotion | None = None
     same_tangent = 1.0 - 1e-5  # two branches of the equations may meet where a sequence begins: there the corrector mixes them
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
@@ -206,8 +207,8 @@ class OrbitProblem(Problem):
         self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
-        self._linear = (LinearMotion(self.equations, sequence, float(x0[-1]))
-                        if self._tori and is_linear(self.scene, sequence, self._labels) else None)
+        if self._tori and is_linear(self.scene, sequence, self._labels):
+            self._linear = LinearMotion(self.equations, sequence, float(x0[-1]))
         self.monitors = tuple(monitors)
         self._bounds = np.array([monitor.boundary for monitor in monitors])
         self.follows = len(monitors) == len(self._reads)  # what the kernel does not know is looked up in every step
