@@ -266,7 +266,8 @@ class Problem:
         """Return ``(problem, tangent)`` with which the branch goes on where no step is accepted behind a row, or None.
 
         For equations that are only piecewise smooth, whose branches have corners; the tangent (n + 1,) is that of the piece
-        behind, in the direction of travel.
+        behind, in the direction of travel.  A third number is the arclength behind the row at which it holds, where it does not
+        at once.
         """
         return None
 
