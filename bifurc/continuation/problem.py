@@ -403,8 +403,8 @@ class Problem:
         return None
 
     def followed_multipliers(self, x):
-        """Return numbers (k,) that lie inside the unit circle as the Floquet multipliers at ``x`` (n + 1,) do, and are real as their
-        exponents are, None as those: the tracer follows them from row to row, where the angles of those of a linear motion turn."""
+        """Return numbers (k,) that lie inside the unit circle as the Floquet multipliers at ``x`` (n + 1,) do, and are real as
+        their exponents are, None as those: the tracer follows them from row to row, where angles of a linear motion turn."""
         return self.floquet_multipliers(x)
 
     def half_multipliers(self, x):

@@ -344,8 +344,8 @@ class BalanceProblem(Problem):
         return beside if clear and np.array_equal(self._counted(beside.x), self.listed) else None
 
     def beyond_corner(self, row):
-        """See `Problem.beyond_corner`: sampled contacts make a corner wherever an event passes a sample, and events may be born at a
-        sample before the near miss between samples, of which the monitors know, has come to zero.
+        """See `Problem.beyond_corner`: sampled contacts make a corner wherever an event passes a sample, and events may be born at
+        a sample before the near miss between samples, of which the monitors know, has come to zero.
 
         As at a boundary, the Jacobian is that of the piece behind the corner, and the sign of its bordered determinant says
         which of its two directions goes on.

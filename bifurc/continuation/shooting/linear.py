@@ -34,7 +34,7 @@ class LinearMotion:
     def __init__(self, equations, signature, start: float):
         self.equations, self.mode = equations, int(signature.nodes[0, AFTER])
         self.span, self.closure = signature.span, signature.closure
-        self._known = self._rates = None
+        self._known, self._rates = np.empty(0), np.empty(0, complex)
         rates, self.unit = self.at(start)
         self.top = float(np.abs(rates).max())
         self._first = np.zeros(2)
@@ -44,7 +44,7 @@ class LinearMotion:
         """Return the eigenvalues (ns,), 1/time, and the time of the span at a value of the parameter."""
         T = self.equations.numbers_at(value)
         A = T.A[self.mode][:, :T.A.shape[1]]
-        if self._known is None or not np.array_equal(A, self._known):
+        if not np.array_equal(A, self._known):
             self._known, self._rates = A.copy(), np.linalg.eigvals(A).astype(complex)
         return self._rates, self.span * 2.0 * math.pi / float(T.flat[0])
 

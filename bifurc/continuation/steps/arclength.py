@@ -436,9 +436,9 @@ class Half:
         old = row.part
         if problem.signature != old.problem.signature and old.boundary:  # a change that no monitor has seen in time
             kind, name = detect.named(old, min(old.boundary, key=lambda j: abs(row.tests[j])), row.x)
-            self.found.append(detect.Found(old.problem.change(kind, row.x, problem), name, row.x, row.tangent, row.s, row.s, first.s,
-                                           abs(first.p - row.p), old, detect.LocationStatus.GUESS, after=problem.signature,
-                                           successor=problem))
+            kind = old.problem.change(kind, row.x, problem)
+            self.found.append(detect.Found(kind, name, row.x, row.tangent, row.s, row.s, first.s, abs(first.p - row.p), old,
+                                           detect.LocationStatus.GUESS, after=problem.signature, successor=problem))
         first.signs = tuple(self.signs)
         self.ds, self.edge = first.ds, None
         return True
