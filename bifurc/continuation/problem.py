@@ -266,7 +266,8 @@ class Problem:
         """Return ``(problem, tangent)`` with which the branch goes on where no step is accepted behind a row, or None.
 
         For equations that are only piecewise smooth, whose branches have corners; the tangent (n + 1,) is that of the piece
-        behind, in the direction of travel.
+        behind, in the direction of travel.  A third number is the arclength behind the row at which it holds, where it does not
+        at once.
         """
         return None
 
@@ -400,6 +401,11 @@ class Problem:
     def floquet_multipliers(self, x):
         """Return the Floquet multipliers at ``x`` (n + 1,), complex, or None where there are none to be balanced."""
         return None
+
+    def followed_multipliers(self, x):
+        """Return numbers (k,) that lie inside the unit circle as the Floquet multipliers at ``x`` (n + 1,) do, and are real as
+        their exponents are, None as those: the tracer follows them from row to row, where angles of a linear motion turn."""
+        return self.floquet_multipliers(x)
 
     def half_multipliers(self, x):
         """Return the multipliers of half a period followed by the mirror, complex, of solutions that are their own mirror image

@@ -80,7 +80,7 @@ class Watching:
     def beyond_corner(self, row):
         """See `Problem.beyond_corner`; the watch goes on behind the corner."""
         answer = self.inner.beyond_corner(row)
-        return None if answer is None else (self.around(answer[0]), answer[1])
+        return None if answer is None else (self.around(answer[0]), *answer[1:])
 
     def shaken(self):
         """See `Problem.shaken`."""

@@ -1,6 +1,5 @@
 """Poincare section of motions without a clock: where a component of the state passes a value."""
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +11,6 @@ from ..flow.trajectory import Trajectory
 from .grid import _named, place_of
 
 PER_TURN = 32  # looks at the motion in a period of the fastest oscillation
-HALVINGS = 100  # of an interval at most, to rounding
-EPS = float(np.finfo(float).eps)
 ON = 1e-11  # of the largest value of the component: as near the motion lies in the section, and has not passed it
 
 
@@ -87,42 +84,10 @@ class Section:
         arcs = np.flatnonzero((after == before + 1) & ~jumps)
         if arcs.size:
             first, last = before[arcs], after[arcs]
-
-            def later(spans):
-                return motion.behind(t[first], y[first], spans)
-
-            spans = roots(lambda s: later(s)[:, place] - self.value, t[last] - t[first], away[first], away[last])
-            times[arcs], states[arcs] = t[first] + spans, later(spans)
+            times[arcs], states[arcs] = motion.passing(t[first], y[first], t[last] - t[first], place, self.value,
+                                                       np.column_stack([away[first], away[last]]))
         return times, states
 
     def to_record(self) -> dict:
         """Return the section as JSON knows it."""
         return {"coordinate": self.coordinate, "value": self.value, "direction": self.direction}
-
-
-def roots(f: Callable[[np.ndarray], np.ndarray], length: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return zeros (k,) of ``f(s)`` (k,), each between 0 and ``length`` (k,), where it is ``first`` and ``last`` of opposite signs.
-
-    All at once, by Chandrupatla (1997): a bisection, or a parabola through the last three points where that is steep enough.
-    """
-    a, b, fa, fb = np.zeros_like(length), length.copy(), first.copy(), last.copy()
-    c, fc, t = a.copy(), fa.copy(), np.full(len(a), 0.5)
-    for _ in range(HALVINGS):
-        s = a + t * (b - a)
-        fs = f(s)
-        kept = np.sign(fs) == np.sign(fa)
-        c, fc = np.where(kept, a, b), np.where(kept, fa, fb)
-        b, fb = np.where(kept, b, a), np.where(kept, fb, fa)
-        a, fa = s, fs
-        best = np.where(np.abs(fa) < np.abs(fb), a, b)
-        width = np.abs(b - a)
-        least = 2.0 * EPS * length / np.maximum(width, 1e-300)
-        done = (least > 0.5) | (fa == 0.0) | (fb == 0.0)
-        if done.all():
-            break
-        with np.errstate(all="ignore"):
-            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-            t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-            t = np.where((phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi) & np.isfinite(t), t, 0.5)
-        t = np.where(done, 0.0, np.clip(t, np.minimum(least, 0.5), np.maximum(1.0 - least, 0.5)))
-    return best

@@ -5,7 +5,7 @@ from ..compose.writer import kernels
 
 
 def engine_of(scene) -> SimpleNamespace:
-    """Return the kernels ``run``, ``sample``, ``workspace`` for the modes of a scene.
+    """Return the kernels ``run``, ``sample``, ``passages``, ``workspace`` for the modes of a scene.
 
     Raises
     ------
@@ -18,5 +18,5 @@ def engine_of(scene) -> SimpleNamespace:
         raise ValueError(f"{', '.join(moving)}: memory with a rate is not integrated together with a force law that is not affine "
                          f"({', '.join(law.name for law in scene.laws)}); make it a coordinate of the system, or the law "
                          "piecewise linear")
-    scan = kernels(scene, "bifurc.flow.scan")
-    return SimpleNamespace(run=scan.run, workspace=scan.workspace, sample=kernels(scene, "bifurc.flow.dense").sample)
+    scan, dense = kernels(scene, "bifurc.flow.scan"), kernels(scene, "bifurc.flow.dense")
+    return SimpleNamespace(run=scan.run, workspace=scan.workspace, sample=dense.sample, passages=dense.passages)

@@ -200,14 +200,26 @@ class Trajectory(Content, Notebook, Motion):
         out = scene.shown(R.rows[index, 2], out, flat)
         return out.reshape(*times.shape, out.shape[1])
 
-    def behind(self, t: np.ndarray, y: np.ndarray, spans: np.ndarray) -> np.ndarray:
-        """Return the states (k, ns) at ``spans`` (k,) after the times ``t`` (k,), at which the motion has the states ``y`` (k, ns),
-        no event being between: without going there from the beginning of a segment, which may be long."""
+    def passing(self, t: np.ndarray, y: np.ndarray, lengths: np.ndarray, place: int, value: float, ends: np.ndarray):
+        """Return the times (k,) at which the component ``place`` of the motion passes a value, and the states (k, ns) there.
+
+        Between the times ``t`` (k,), at which the motion has the states ``y`` (k, ns), and ``lengths`` (k,) behind them, no event
+        being between: without going there from the beginning of a segment, which may be long.  ``ends`` (k, 2) are the differences
+        from the value at both ends, of opposite signs.
+        """
         scene, R = scene_of(self.system), self.recorded
+        engine, T = engine_of(scene), scene.tables
         modes = np.ascontiguousarray(R.rows[np.maximum(np.searchsorted(self._starts, t, side="right") - 1, 0), 2])
-        out = np.empty_like(y)
-        engine_of(scene).sample(scene.tables, modes, t % self._period if self._period else t, y, np.arange(len(t)), spans, out)
-        return scene.shown(modes, out, t + spans)
+        starts = t % self._period if self._period else t
+        rows, spans, out = np.zeros((len(t), T.A.shape[2] + 1)), np.empty(len(t)), np.empty_like(y)
+        rows[:, place], rows[:, -1] = 1.0, -value
+        for mode in set(modes.tolist()) if place >= 2 * scene.n else ():
+            for at, row in scene.algebraic(mode):  # memory that follows local values
+                if at == place:
+                    rows[modes == mode, :-1] = row
+        engine.passages(T, modes, starts, y, lengths, rows, ends, spans)
+        engine.sample(T, modes, starts, y, np.arange(len(t)), spans, out)
+        return t + spans, scene.shown(modes, out, t + spans)
 
     @checked()
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:

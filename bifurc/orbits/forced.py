@@ -21,6 +21,7 @@ CHUNK = 40  # forcing periods simulated between attempts
 MOST_PERIODS = 16  # longest period looked for when none is given
 MAP_STEPS = 20
 LOST = 100.0  # times the misfit and the sizes at the first of them: so far off full steps lead nowhere
+AT_REST = 1e-8  # of the state to which a motion comes: its start was at rest, to half of the digits
 EPS = float(np.finfo(float).eps)
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 LONG = 600  # unknowns of a sequence above which Newton, in time and memory of their square, waits until the motion is so close
@@ -222,7 +223,10 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
         while len(chosen) > 1 and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:
             chosen.pop()
     start = motion(first * period)
-    weights = sizes_of(scene, np.array([start] + [item[2] for item in chosen]))
+    states = [start] + [item[2] for item in chosen]
+    if np.abs(states).max() <= AT_REST * np.abs(motion.final).max():  # nothing, or its rounding, is no size of the orbit
+        states.append(motion.final)
+    weights = sizes_of(scene, np.array(states))
     if not chosen:
         mode = int(R.rows[np.searchsorted(R.rows[:, 4] + R.times / period, first, side="right") - 1, 2])
         return sections(mode, periods), np.concatenate([[0.0], start]), weights

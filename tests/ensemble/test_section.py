@@ -1,8 +1,10 @@
 """Sections of motions without a clock, and boxes of chaotic attractors."""
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 import bifurc as bf
+from bifurc.elements import CubicSpring
 from bifurc.ensemble import proximity
 
 
@@ -38,3 +40,17 @@ def test_a_section_is_passed_in_any_unit_of_length(length):
             bf.simulate(system, (0.7 * unit, -0.2 * unit), duration=20.0)) for unit in (1.0, length))
         assert other[0] == pytest.approx(one[0], abs=1e-9) and len(one[0]) >= 2
         np.testing.assert_allclose(other[1] / length, one[1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("a, k", [(0.5, 1.0), (3.0, 1.0), (1.5, -1.0)])
+def test_sections_under_a_law_are_passed_when_elliptic_functions_say(a, k):
+    """q'' + k q + q^3 = 0 from (a, 0): q = a cn(w t, m), w^2 = k + a^2, m = a^2 / (2 w^2), quarter of the period K(m) / w."""
+    w = np.sqrt(k + a**2)
+    quarter = ellipk(a**2 / (2.0 * w**2)) / w
+    motion = bf.simulate(bf.System(1.0, 0.0, k, [CubicSpring(1.0)]), (a, 0.0), duration=40.5 * quarter)
+    for section, first, value in ((bf.Section("v0", direction=-1), 4.0, (a, 0.0)), (bf.Section("v0", direction=1), 2.0, (-a, 0.0)),
+                                  (bf.Section("q0", direction=1), 3.0, (0.0, a * np.sqrt(k + 0.5 * a**2)))):
+        times, states = section.crossings(motion)
+        np.testing.assert_allclose(times, (first + 4.0 * np.arange(len(times))) * quarter, rtol=2e-12)
+        np.testing.assert_allclose(states, np.tile(value, (len(times), 1)), atol=1e-11 * a)
+        assert len(times) == (40.5 - first) // 4 + 1

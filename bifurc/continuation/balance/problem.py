@@ -39,6 +39,7 @@ from ..steps.rows import followed
 BIRTH, DEATH = "birth", "death"
 AHEAD = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # arclengths behind a boundary at which the new order of events is read
 BESIDE = 1e-5  # arclength behind a boundary at which the new order must hold
+LENGTHS = BESIDE, 1e-4, 1e-3  # the same of sampled contacts, of which it may hold only a little later
 CLEARLY = 1e-3  # of a shorter arclength: margins beyond that are not those of rounding
 POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
@@ -282,6 +283,9 @@ class BalanceProblem(Problem):
             tangent, holds = other._inward(point, behind, ahead)
             if holds:
                 return other, point.x, tangent
+            beside = other._clear_of_samples(point, tangent, ahead)
+            if beside is not None:
+                return other, beside.x, beside.tangent
             found = found or (other, point.x, tangent)  # so near, rounding may have made it
         return found
 
@@ -328,8 +332,20 @@ class BalanceProblem(Problem):
                 return way * tangent, True
         return way * tangent, False
 
+    def _clear_of_samples(self, point, tangent, ahead) -> Corrected | None:
+        """Return the point of this order of events ``ahead`` of one on its boundary where it holds, of contacts that are sampled.
+
+        The last near miss and the first overshoot are told by different samples: between the two no order holds by its margins.
+        """
+        if not self.balance.samples:
+            return None
+        beside = self.correct(point.x + ahead * self.scale * tangent, tangent)
+        clear = beside.converged and UNSEEN < beside.monitors.max(initial=-1.0) < -CLEARLY * ahead
+        return beside if clear and np.array_equal(self._counted(beside.x), self.listed) else None
+
     def beyond_corner(self, row):
-        """See `Problem.beyond_corner`: sampled contacts make a corner wherever an event passes a sample.
+        """See `Problem.beyond_corner`: sampled contacts make a corner wherever an event passes a sample, and events may be born at
+        a sample before the near miss between samples, of which the monitors know, has come to zero.
 
         As at a boundary, the Jacobian is that of the piece behind the corner, and the sign of its bordered determinant says
         which of its two directions goes on.
@@ -338,13 +354,16 @@ class BalanceProblem(Problem):
             behind = row.x + ahead * row.direction
             other = self.with_order(self._counted(behind))
             tangent, det_sign = other._null_vector(behind)
-            if not det_sign or abs(float(tangent @ row.tangent)) > self.same_tangent:
+            smooth = np.array_equal(other.listed, self.listed) and abs(float(tangent @ row.tangent)) > self.same_tangent
+            if not det_sign or smooth:
                 continue
             if det_sign * row.det_sign < 0.0:
                 tangent = -tangent
-            beside = other.correct(row.x + BESIDE * self.scale * tangent, tangent)
-            if beside.converged and np.array_equal(other._counted(beside.x), other.listed):
-                return other, tangent
+            for length in LENGTHS if self.balance.samples else LENGTHS[:1]:
+                beside = other.correct(row.x + length * self.scale * tangent, tangent)
+                if beside.converged and beside.monitors.max(initial=-1.0) < 0.0 \
+                        and np.array_equal(other._counted(beside.x), other.listed):
+                    return other, tangent, length
         return None
 
     def _null_vector(self, x) -> tuple[np.ndarray, float]:

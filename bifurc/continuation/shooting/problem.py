@@ -39,6 +39,7 @@ from . import autonomous, branching, signature_change
 from .appearing import moved
 from .completion import completion_near
 from .extremes import extreme_gradient
+from .linear import LinearMotion, is_linear
 from .signature_change import CLOSURE, COMPLETES, LEAVING, MERGES, ONE, REFUSED, UNLISTED
 from .successor import HELD_ROWS, LISTED, OF_FLOW
 from .train_length import SLACK, SPARE, relengthened
@@ -161,6 +162,7 @@ class OrbitProblem(Problem):
     touch = TOUCH  # as the audit of an orbit
     wraps = True
     monitors_read_tangent = False
+    _linear: LinearMotion | None = None
     same_tangent = 1.0 - 1e-5  # two branches of the equations may meet where a sequence begins: there the corrector mixes them
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
@@ -205,6 +207,8 @@ class OrbitProblem(Problem):
         self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
+        if self._tori and is_linear(self.scene, sequence, self._labels):
+            self._linear = LinearMotion(self.equations, sequence, float(x0[-1]))
         self.monitors = tuple(monitors)
         self._bounds = np.array([monitor.boundary for monitor in monitors])
         self.follows = len(monitors) == len(self._reads)  # what the kernel does not know is looked up in every step
@@ -236,6 +240,8 @@ class OrbitProblem(Problem):
             size = abs(apart) if self._halves is None else self._apart(U)
             sign *= -1.0 if apart < -ROUNDING * size else 1.0
             log -= math.log(max(size, 1e-300) / (1.0 + size))
+        if self._linear is not None:
+            log = self._linear.without_turns(log, float(U[-1]))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
                          told[sequence.CONTRACTION], sign, log, values, told[sequence.LEFT])
 
@@ -286,7 +292,9 @@ class OrbitProblem(Problem):
             values.append(autonomous.extent(self, x))
         if self._tori:
             born = self._hits and info[sequence.LISTED] <= BORN
-            values.append(math.nan if born else self._torus(x))
+            values.append(math.nan if born or self._linear is not None else self._torus(x))
+        if self._linear is not None:
+            values[0], values[-1] = self._linear.tests(float(x[-1]))
         return np.array(values)
 
     def _flip(self, x, value: float) -> float:
@@ -818,6 +826,10 @@ class OrbitProblem(Problem):
     def floquet_multipliers(self, x):
         """See `Problem.floquet_multipliers`; None where two impacts of one instant leave them undefined."""
         return None if self._together(x) else self._multipliers(x)
+
+    def followed_multipliers(self, x):
+        """See `Problem.followed_multipliers`."""
+        return self.floquet_multipliers(x) if self._linear is None else self._linear.without_angles(float(x[-1]))
 
     def half_multipliers(self, x):
         """See `Problem.half_multipliers`.

@@ -415,8 +415,8 @@ class Half:
             answer = row.part.problem.beyond_corner(row)
             if answer is None:
                 return False
-            problem, tangent = answer
-            step = ASIDE[0]
+            problem, tangent, *length = answer
+            step = length[0] if length else ASIDE[0]
             c = problem.correct(row.x + step * problem.scale * tangent, tangent)
         except row.part.problem.errors:
             return False
@@ -433,6 +433,12 @@ class Half:
         if slope * first.tests[0] < 0.0:  # the parameter turns back in the corner
             self.found.append(detect.Found(detect.SpecialPointKind.FOLD, "corner", row.x, row.tangent, row.s, row.s, first.s,
                                            abs(first.p - row.p), row.part, detect.LocationStatus.GUESS, True))
+        old = row.part
+        if problem.signature != old.problem.signature and old.boundary:  # a change that no monitor has seen in time
+            kind, name = detect.named(old, min(old.boundary, key=lambda j: abs(row.tests[j])), row.x)
+            kind = old.problem.change(kind, row.x, problem)
+            self.found.append(detect.Found(kind, name, row.x, row.tangent, row.s, row.s, first.s, abs(first.p - row.p), old,
+                                           detect.LocationStatus.GUESS, after=problem.signature, successor=problem))
         first.signs = tuple(self.signs)
         self.ds, self.edge = first.ds, None
         return True

@@ -153,8 +153,8 @@ def on_circle(problem, kind, x):
 
 
 def multipliers(problem, x):
-    """Return all multipliers at ``x`` (n + 1,); None where they are not known."""
-    mu = problem.floquet_multipliers(x)
+    """Return all multipliers at ``x`` (n + 1,), to be followed; None where they are not known."""
+    mu = problem.followed_multipliers(x)
     return None if mu is None or not np.isfinite(mu).all() else mu
 
 

@@ -36,7 +36,7 @@ class Resonant:
 
     e = -1e-3
 
-    def floquet_multipliers(self, x):
+    def followed_multipliers(self, x):
         return np.append(np.roots([1.0, -(2.0 + self.e + x[0]), 1.0 + self.e - x[0]]), 0.9)
 
 
