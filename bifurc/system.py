@@ -459,6 +459,15 @@ class System:
         return self
 
 
+def of_states(elements: Iterable[Element], omega: float | None) -> System:
+    """Return a system without degrees of freedom, whose states are the memory of its elements; see `piecewise`."""
+    system, nothing = object.__new__(System), np.zeros((0, 0))
+    nothing.flags.writeable = False
+    system.__dict__.update(core=Core(nothing, nothing, nothing, omega), n=0, elements=tuple(elements), dofs=None, reduction=None,
+                           _origin=None, _scene=None, _kin=None)
+    return system
+
+
 def builder(build: Callable[..., System]) -> Callable[..., System]:
     """Make a function with keyword-only parameters a builder: its keywords become the parameters of its systems.
 
