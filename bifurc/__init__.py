@@ -15,7 +15,7 @@ import importlib
 
 __version__ = "0.2.0"
 
-_MODULES = ("elements", "systems", "continuation", "control", "plotting", "explore")
+_MODULES = ("elements", "systems", "piecewise", "continuation", "control", "plotting", "explore")
 _NAMES = {
     "System": ".system",
     "PiecewiseSystem": ".piecewise",

@@ -193,6 +193,11 @@ class System:
         return np.concatenate([y[..., :self.n] @ T.T, y[..., self.n:2 * self.n] @ T.T], axis=-1)
 
     @property
+    def builder(self) -> Callable[..., "System"] | None:
+        """What makes systems like this one from the values of its parameters; None: it is made by hand."""
+        return None if self._origin is None else self._origin[0]
+
+    @property
     def mass(self) -> np.ndarray:
         """Mass matrix, shape (n, n)."""
         return self.core.mass
@@ -402,7 +407,8 @@ class System:
         ----------
         record : dict
         elements : iterable of classes and functions
-            Element classes, laws and builders that are not the package's own; nothing is imported from a record.
+            Element classes, laws and builders that are not the package's own; nothing is imported from a record. Of a
+            `PiecewiseSystem` it is the ``builder`` of one like it.
         """
         own = {item.__name__: item for item in elements}
         if "builder" in record:

@@ -285,6 +285,11 @@ class Scene:
         """Return the label of the element that owns a guard."""
         return self.system.labels[self._guards[mode][guard].element]
 
+    def ending(self, mode: int) -> str | None:
+        """Return the status of a motion that ends in a mode; None where it goes on."""
+        return next((status for element, own in zip(self.system.elements, self.keys[mode], strict=True)
+                     for key, status in element.final if key == own), None)
+
     # memory
 
     def memory_of(self, element: int) -> slice:

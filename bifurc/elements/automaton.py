@@ -5,7 +5,6 @@ them.
 """
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -59,9 +58,7 @@ class Automaton(Element):
     rates: tuple
     exits: tuple
     begins: tuple
-    final: tuple = ()
-
-    is_automaton: ClassVar[bool] = True
+    final: tuple = ()  # type: ignore[misc]  # of each automaton its own
 
     def site(self, n):
         """See `Element`: there is none."""

@@ -43,6 +43,7 @@ from .trajectory import Recorded, Trajectory
 
 ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; and of what is added to it at most
 # a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
+NEAR_SURFACE = 1e-12  # of its terms: a surface that a motion is on where nothing follows
 WORK, LAW_STEPS = 2e7, 5000.0
 
 
@@ -128,8 +129,9 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     _orders(scene, mode, x, ints, floats)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * scene.ns))
-    status, message = Status.COMPLETED, Status.COMPLETED.sentence
-    while True:
+    status = Status(scene.ending(mode) or Status.COMPLETED.value)
+    message = status.sentence
+    while status is Status.COMPLETED:
         stop = _slice(scene, T, ints, floats, end, period)
         code = engine.run(T, ints, floats, x, *stop, max_events, rows, record)
         if code == DONE and stop != end and (np.abs(x) < BOUND).all():
@@ -169,7 +171,8 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
                     ints[INSTANT] = ints[LOW] = 0
                 new, z = follows(scene, m, g, x, floats[SINCE])
             except settle.Inconsistent as error:
-                status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
+                status = contradiction(scene, m, x)
+                message = f"{status.sentence} {error}"
                 break
             T = scene.tables
             _paced(scene, given)
@@ -197,6 +200,15 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     final = x[None, :scene.ns].copy()
     scene.show(int(ints[MODE]), final, floats[TAU:TAU + 1])
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
+
+
+def contradiction(scene, m, x) -> Status:
+    """Return what it is that no combination of modes may follow mode ``m`` at ``x`` (nx,)."""
+    if scene.n:
+        return Status.INCONSISTENT
+    T = scene.tables
+    G = T.G[m, :T.n_guards[m]]
+    return Status.CODIMENSION_TWO if (np.abs(G @ x) <= NEAR_SURFACE * (np.abs(G) @ np.abs(x))).sum() > 1 else Status.NO_TARGET
 
 
 def _slice(scene, T, ints, floats, end, period: float):

@@ -24,6 +24,11 @@ def vanishes(values, sizes) -> bool:
     return bool(np.abs(values).max(initial=0.0) <= ZERO * np.abs(sizes).max(initial=0.0))
 
 
+def without_rounding(values, sizes) -> np.ndarray:
+    """Return values with zeros for those that are the rounding of terms that cancel; of those terms the sizes are the sums."""
+    return np.where(np.abs(values) <= ZERO * sizes, 0.0, values)
+
+
 class Regions:
     """Fields (n, nx) by sides, such as "-+", of surfaces (surfaces, nx), and the modes that they make.
 
@@ -81,7 +86,7 @@ class Regions:
             return None
         middle = np.mean([self.fields[corner] for corner in corners], axis=0)
         controls = np.linalg.solve(meets, np.array([self.columns.rate(h, middle) for h in H]))
-        return middle + B @ controls, controls
+        return without_rounding(middle + B @ controls, np.abs(middle) + np.abs(B) @ np.abs(controls)), controls
 
     def modes(self):
         """Return sides, field and controls of every mode."""
