@@ -1,7 +1,6 @@
 """An automaton: states with affine rates of their own, modes, and what leads from one to another.
 
-It sits on no coordinate: a system of first order is a system of no degrees of freedom with one automaton.  `bifurc.piecewise` writes
-them.
+It sits on no coordinate: a system of first order is one without degrees of freedom, with an automaton, see `bifurc.piecewise`.
 """
 from collections.abc import Hashable
 from dataclasses import dataclass

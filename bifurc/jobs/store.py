@@ -6,8 +6,8 @@ manifest beside the chunks is derived from them and never read.  What is not a c
 its content, is never replaced or removed, whatever it is called.
 """
 import contextlib
-import functools
 import dataclasses
+import functools
 import hashlib
 import inspect
 import json

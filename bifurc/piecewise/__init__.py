@@ -8,5 +8,5 @@ from .equilibria import PiecewiseEquilibrium, equilibria
 from .fields import AffineField, AffineReset, AffineSurface
 from .systems import HybridSystem, Jump, PiecewiseSystem, Switch
 
-__all__ = ["AffineField", "AffineReset", "AffineSurface", "HybridSystem", "Jump", "PiecewiseEquilibrium", "PiecewiseSystem", "Switch",
-           "equilibria"]
+__all__ = ["AffineField", "AffineReset", "AffineSurface", "HybridSystem", "Jump", "PiecewiseEquilibrium", "PiecewiseSystem",
+           "Switch", "equilibria"]

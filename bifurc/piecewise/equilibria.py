@@ -105,9 +105,10 @@ def equilibria(system: System) -> tuple[PiecewiseEquilibrium, ...]:
         kept = surfaces_of(automaton, rows)
         both, right = np.vstack([A, kept[:, :n]]), -np.append(b, kept[:, n])
         x, _, rank, _ = np.linalg.lstsq(both, right, rcond=RANK)
-        terms = np.abs(both) @ np.abs(x) + np.abs(right)
+        terms = np.abs(both).max(axis=1) * np.abs(x).max() + np.abs(right)
         if rank < n or np.any(np.abs(both @ x - right) > 1e3 * RANK * terms):
             continue
+        x = np.where(np.abs(x) <= RANK * np.abs(x).max(), 0.0, x)
         values, sizes = rows.exits @ np.append(x, 1.0), np.abs(rows.exits) @ np.append(np.abs(x), 1.0)
         on = np.abs(values) <= ON * sizes
         kind = "boundary" if on.any() else "pseudo" if len(kept) else "regular"

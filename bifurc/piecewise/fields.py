@@ -50,7 +50,7 @@ class AffineExpressions:
     def __init__(self, A, b=0.0, *, cos: dict | None = None, sin: dict | None = None):
         for name, value in (("cos", cos), ("sin", sin)):
             if value is not None and not (isinstance(value, dict) and all(type(k) is int and k > 0 for k in value)):
-                raise refused(type(self).__name__, name, value, "None or a dict of harmonics (whole numbers from 1 on) to amplitudes")
+                raise refused(type(self).__name__, name, value, "None or a dict of whole numbers from 1 on to amplitudes")
         for name, value in (("A", A), ("b", b), ("cos", frozen(cos or {})), ("sin", frozen(sin or {}))):
             object.__setattr__(self, name, frozen(value))
 
@@ -98,6 +98,11 @@ class AffineSurface(AffineExpressions):
         Its normal.
     b : float, or function of parameters
     cos, sin : dict of int to float or function of parameters, optional
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> belt = bf.AffineSurface([0, 1], lambda speed: -speed)
     """
 
 
@@ -109,6 +114,11 @@ class AffineReset(AffineExpressions):
     A : array (n, n), or function of parameters
     b : array (n,), or function of parameters
     cos, sin : dict of int to array (n,) or function of parameters, optional
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> rebound = bf.AffineReset(lambda restitution: [[1, 0], [0, -restitution]])
     """
 
 
@@ -140,6 +150,6 @@ class Columns:
 def function_or(kind: str, value) -> Callable | Any:
     """Return ``value`` where it is what it should be; say what is missing where it is a plain function."""
     if callable(value):
-        raise ValueError(f"{kind}: {shown(value)} is not allowed; fields, surfaces and resets are affine so far: give an AffineField, "
-                         "AffineSurface or AffineReset, whose numbers may be functions of the parameters")
+        raise ValueError(f"{kind}: {shown(value)} is not allowed; fields, surfaces and resets are affine so far: give an "
+                         "AffineField, AffineSurface or AffineReset, whose numbers may be functions of the parameters")
     return value

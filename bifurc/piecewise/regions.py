@@ -72,7 +72,7 @@ class Regions:
         return 0.5 * first[:, n]
 
     def slide(self, sides: str):
-        """Return field (n, nx) and controls (sliding, nx) of the mode of ``sides``, "0" where it slides; None where there is none."""
+        """Return field (n, nx) and controls (sliding, nx) of the mode of ``sides``, "0" where it slides; None: there is none."""
         on = [i for i, side in enumerate(sides) if side == "0"]
         if not on:
             return self.fields[sides], np.zeros((0, len(self.surfaces.T)))

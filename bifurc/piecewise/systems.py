@@ -85,6 +85,12 @@ class Jump:
         The mode that follows; of several the first that may begin there.
     reset : AffineReset, optional
         States after it; None: they stay.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> impact = bf.Jump("free", bf.AffineSurface([1, 0], lambda gap: -gap), to="free",
+    ...                  reset=bf.AffineReset(lambda restitution: [[1, 0], [0, -restitution]]))
     """
 
     mode: str
@@ -139,7 +145,8 @@ class Plan:
 
     def _numbers(self, columns, values):
         n = len(self.states)
-        fields = {name: field.numbers(f"{self.kind}, field {name!r}", (n,), n, columns.harmonics, values) for name, field in self.fields}
+        fields = {name: field.numbers(f"{self.kind}, field {name!r}", (n,), n, columns.harmonics, values)
+                  for name, field in self.fields}
         surfaces = np.array([rule.surface.numbers(f"{self.kind}, surface {i}", (), n, columns.harmonics, values)
                              for i, rule in enumerate(self.rules)]).reshape(len(self.rules), len(columns.names))
         for i in (i for i, h in enumerate(surfaces) if not h[:n].any()):
@@ -204,7 +211,7 @@ def planned(plan: Plan, omega, parameters) -> System:
     return plan(**({} if omega is None else {"omega": omega}), **parameters)
 
 
-def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField], switches: Iterable[Switch], *,  # noqa: N802
+def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField], switches: Iterable[Switch], *,
                     omega: float | None = None, **parameters: float) -> System:
     """Return the system x' = F(x, t) of fields on the sides of surfaces, which slides along surfaces to which both sides lead.
 
@@ -261,7 +268,7 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
     return planned(Plan(kind, states, tuple(fields.items()), rules, (), omega is not None), omega, parameters)
 
 
-def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jumps: Iterable[Jump], *,  # noqa: N802
+def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jumps: Iterable[Jump], *,
                  start: str | Iterable[str] | None = None, omega: float | None = None, **parameters: float) -> System:
     """Return the system of modes with fields of their own and jumps between them, with resets of the states.
 

@@ -24,7 +24,7 @@ def change(problem, x, other, spans) -> SpecialPointKind:
     nodes, scene = richer.sequence.nodes, richer.scene
     shortest = int(np.argmin(spans(richer, at)))
     earlier, own, later = (int(mode) for mode in (nodes[shortest - 1, BEFORE], nodes[shortest, BEFORE], nodes[shortest, AFTER]))
-    if is_slide(scene, own):  # between the same region a flight touches the surface where it attracts, else a crossing becomes a slide
+    if is_slide(scene, own):  # between one region and itself a flight touches the surface, between two a crossing becomes a slide
         return K.GRAZING_SLIDING if earlier == later else K.CROSSING_SLIDING
     beside = is_slide(scene, earlier) + is_slide(scene, later)  # a crossing before a slide, a slide that is parted in two
     return (K.GRAZING, K.SWITCHING_SLIDING, K.ADDING_SLIDING)[beside]
