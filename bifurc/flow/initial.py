@@ -28,3 +28,15 @@ def checked_state(scene, y0, t0: float) -> np.ndarray:
     if given.size < scene.ns:
         scene.relax(x)
     return x[:scene.ns]
+
+
+def checked_mode(scene, mode) -> tuple:
+    """Return keys of all elements as given, or raise ValueError."""
+    try:
+        keys = tuple(mode)
+        if len(keys) == len(scene.system.elements):
+            scene.index(keys)
+            return keys
+    except (KeyError, TypeError, ValueError):
+        pass
+    raise refused("simulate", "mode", mode, f"one mode of each of the {len(scene.system.elements)} elements, such as orbit.mode")

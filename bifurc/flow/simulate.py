@@ -10,7 +10,7 @@ from ..system import System, require_system
 from . import settle
 from .delayed.verb import simulate_delayed
 from .engine import engine_of
-from .initial import checked_length, checked_state
+from .initial import checked_length, checked_mode, checked_state
 from .scan import (
     AT_GUARD,
     BOUND,
@@ -47,9 +47,9 @@ NEAR_SURFACE = 1e-12  # of its terms: a surface that a motion is on where nothin
 WORK, LAW_STEPS = 2e7, 5000.0
 
 
-@checked(periods=of(number, least=0.0, most=LARGEST), duration=RATIO)
+@checked(periods=of(number, least=0.0, most=LARGEST), duration=RATIO, mode=None)
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
-             max_events: int = 2000, history=None):
+             max_events: int = 2000, history=None, mode=None):
     """Return the motion from a state, through all its events.
 
     Between events the motion is closed form; events are isolated with a bound, none is stepped over.
@@ -69,6 +69,9 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     history : Trajectory, PeriodicOrbit or callable, optional
         For systems with a `DelayedFeedback`: the motion before the start (a callable gives states (k, ns) at times (k,),
         or one state (ns,) that lasts). None: the feedback begins one delay after the start.
+    mode : tuple, optional
+        Modes of all elements at the start, as ``orbit.mode`` gives them: with hysteresis a state does not tell which field acts.
+        None: the first that may begin.
 
     Returns
     -------
@@ -108,11 +111,14 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
         else:
             whole = int(np.floor(length / period))
             end = _carry(begin[0] + whole, begin[1] + (length - whole * period), period)
-    return integrate(scene, y0, begin, end, max_events)
+    return integrate(scene, y0, begin, end, max_events, None if mode is None else checked_mode(scene, mode))
 
 
-def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
-    """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time)."""
+def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
+    """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time).
+
+    ``keys`` see `settle.start`.
+    """
     period = scene.period or 0.0
     engine = engine_of(scene)
     x = np.zeros(scene.ns + scene.nw)
@@ -120,7 +126,7 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     _forcing(scene, begin[1], x)
     given = x.copy()
     _paced(scene, given)
-    mode, x = settle.start(scene, x)
+    mode, x = settle.start(scene, x, keys)
     first = x[:scene.ns].copy()
     T = scene.tables
     give_modal(T)

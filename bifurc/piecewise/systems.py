@@ -256,6 +256,8 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
     states = named_states(kind, states, parameters)
     fields = named_fields(kind, "fields", fields)
     rules = rules_of(kind, "switches", switches, Switch)
+    if not rules:
+        raise refused(kind, "switches", switches, "a list of at least one Switch; a HybridSystem may have no jumps")
     if len(rules) == 1:
         wanted = [rules[0].below, rules[0].above]
     else:

@@ -11,20 +11,6 @@ from bifurc.piecewise import equilibria
 F, S, R = bf.AffineField, bf.AffineSurface, bf.AffineReset
 
 
-def thermostat(low=19.0, high=21.0):
-    """x' = -(x - 10 - 20 u)/5, on at the low temperature and off at the high one."""
-    on, off = F([[-0.2]], lambda room, power: [(room + power) / 5]), F([[-0.2]], lambda room: [room / 5])
-    return bf.PiecewiseSystem("x", {"on": on, "off": off},
-                              [bf.Switch(S([1.0]), below="on", above="off", hysteresis=(low, high))], room=10.0, power=20.0)
-
-
-def relay(s=-1.0):
-    """Relay feedback of di Bernardo, Johansson and Vasca (2001) with unit poles."""
-    A = [[-2.0, 1.0, 0.0], [-2.0, 0.0, 1.0], [-1.0, 0.0, 0.0]]
-    return bf.PiecewiseSystem("x1 x2 x3", {"-": F(A, lambda s: [1, 2 * s, 1]), "+": F(A, lambda s: [-1, -2 * s, -1])},
-                              [bf.Switch(S([1.0, 0.0, 0.0]))], s=s)
-
-
 def on_a_belt(V, A=1.0, zeta=0.05, omega=1.6, friction=0.3):
     """x'' + 2 zeta x' + x = F sgn(V - x') + A cos(omega t)."""
     M = [[0.0, 1.0], [-1.0, -2.0 * zeta]]
@@ -34,47 +20,23 @@ def on_a_belt(V, A=1.0, zeta=0.05, omega=1.6, friction=0.3):
         [bf.Switch(S([0.0, 1.0], lambda V: -V), below="slow", above="fast")], omega=omega, V=V, A=A, Fr=friction)
 
 
-def chua(al=8.2, be=100.0 / 7.0, m0=-8.0 / 7.0, m1=-5.0 / 7.0):
-    """Chua's circuit with a characteristic of three pieces."""
-    def piece(slope, offset):
-        return F(lambda al: [[-al * (1 + slope), al, 0], [1, -1, 1], [0, -be, 0]], lambda al: [-al * offset, 0, 0])
-    return bf.PiecewiseSystem("x y z", {"--": piece(m1, m1 - m0), "+-": piece(m0, 0.0), "++": piece(m1, m0 - m1)},
-                              [bf.Switch(S([1.0, 0.0, 0.0], 1.0)), bf.Switch(S([1.0, 0.0, 0.0], -1.0))], al=al)
-
-
-def buck(E=20.0, res=22.0, L=20e-3, C=47e-6, T=400e-6, a=8.4, ref=11.3, low=3.8, high=8.2):
-    """Buck converter under a voltage control with a ramp; the time of the ramp is a state that is reset."""
-    A = [[-1 / (res * C), 1 / C, 0], [-1 / L, 0, 0], [0, 0, 0]]
-    h, constant = np.array([a, 0, -(high - low) / T]), -a * ref - low
-    clock = R(np.diag([1.0, 1.0, 0.0]))
-    return bf.HybridSystem("v i tau", {"on": F(A, lambda E: [0, E / L, 1]), "off": F(A, [0, 0, 1])}, [
-        bf.Jump("off", S(-h, -constant), to="on"), bf.Jump("on", S(h, constant), to="off"),
-        *(bf.Jump(mode, S([0, 0, 1], -T), to=("off", "on"), reset=clock) for mode in ("on", "off"))], start=("off", "on"), E=E)
-
-
-def fires(I=1.5):
-    """A voltage that rises to 1 and is reset to 0."""
-    return bf.HybridSystem("v", {"rise": F([[-1.0]], lambda I: [I])},
-                           [bf.Jump("rise", S([1.0], -1.0), to="rise", reset=R([[0.0]]))], I=I)
-
-
 def test_a_thermostat_has_the_period_of_two_exponentials():
-    orbit = bf.find_orbit(thermostat(), (20.0,))
+    orbit = bf.find_orbit(bf.systems.thermostat(), (20.0,))
     assert orbit.success and orbit.period == pytest.approx(10.0 * math.log(11.0 / 9.0), abs=1e-11) and orbit.stable
-    motion = bf.simulate(thermostat(), (15.0,), duration=5.0)
+    motion = bf.simulate(bf.systems.thermostat(), (15.0,), duration=5.0)
     assert motion.events[0].time == pytest.approx(5.0 * math.log(15.0 / 9.0), abs=1e-12)
     assert [event.mode_after for event in motion.events[:2]] == [("off",), ("on",)]
 
 
 @pytest.mark.parametrize("current", [1.01, 1.5, 7.0])
 def test_a_neuron_fires_with_the_period_of_one_exponential(current):
-    orbit = bf.find_orbit(fires(current), (0.5,))
+    orbit = bf.find_orbit(bf.systems.integrate_and_fire(current=current), (0.5,))
     assert orbit.success and orbit.period == pytest.approx(math.log(current / (current - 1.0)), rel=1e-12)
     assert [event.kind for event in orbit.events] == ["reset"]
 
 
 def test_a_relay_slides_twice_a_period_and_its_slides_are_born_where_crossings_become_slides():
-    orbit = bf.find_orbit(relay(), (0.1, -1.0, -3.0))
+    orbit = bf.find_orbit(bf.systems.relay_feedback(), (0.1, -1.0, -3.0))
     assert orbit.success and orbit.period == pytest.approx(7.785215102286, abs=1e-10)
     np.testing.assert_allclose(sorted(abs(orbit.multipliers)), [0.0, 0.135173539938**2], atol=1e-9)
     slides = [event.time for event in orbit.events]
@@ -86,7 +48,7 @@ def test_a_relay_slides_twice_a_period_and_its_slides_are_born_where_crossings_b
 
 def test_a_buck_converter_doubles_its_period_where_it_should():
     """di Bernardo, Garofalo, Glielmo and Vasca (1998); the product of multipliers is exp(-T/(R C))."""
-    orbit = bf.find_orbit(buck(), (11.969511538815, 0.591571935915, 0.0))
+    orbit = bf.find_orbit(bf.systems.buck_converter(), (11.969511538815, 0.591571935915, 0.0))
     assert orbit.success and orbit.period == pytest.approx(400e-6, rel=1e-12)
     np.testing.assert_allclose(sorted(orbit.multipliers, key=np.imag), [-0.691894155545 - 0.447746969128j,
                                                                         -0.691894155545 + 0.447746969128j], atol=1e-9)
@@ -98,10 +60,10 @@ def test_a_buck_converter_doubles_its_period_where_it_should():
 
 
 def test_chuas_one_sided_cycle():
-    orbit = bf.find_orbit(chua(), (1.0, -0.353564617790, -1.339863032722))
+    orbit = bf.find_orbit(bf.systems.chua_circuit(), (1.0, -0.353564617790, -1.339863032722))
     assert orbit.success and orbit.period == pytest.approx(2.283400900496, abs=1e-10) and orbit.stable is False
     np.testing.assert_allclose(sorted(orbit.multipliers.real), [-1.048753846, -0.01282308], atol=1e-7)
-    assert sorted(found.state[0] for found in equilibria(chua())) == pytest.approx([-1.5, 0.0, 1.5], abs=1e-14)
+    assert sorted(found.state[0] for found in equilibria(bf.systems.chua_circuit())) == pytest.approx([-1.5, 0.0, 1.5], abs=1e-14)
 
 
 def test_equilibria_persist_or_meet_in_a_nonsmooth_fold():
@@ -220,7 +182,7 @@ def test_files_sweeps_and_basins(tmp_path):
 
 def test_what_is_not_there_for_systems_of_first_order_says_so():
     with pytest.raises(ValueError, match="piecewise.equilibria"):
-        bf.find_equilibrium(relay())
+        bf.find_equilibrium(bf.systems.relay_feedback())
     with pytest.raises(ValueError, match="first order"):
         bf.find_orbit(on_a_belt(0.9), method=bf.HarmonicBalance(3))
     with pytest.raises(ValueError, match="without excitation"):

@@ -23,7 +23,8 @@ def drawn(seed):
     above = A + np.outer(kink, h), b + kink * offset + jump
     band = (-0.3, 0.2) if kind == "hysteresis" else None
     cos = {1: load} if load.any() else None
-    system = bf.PiecewiseSystem([f"x{i}" for i in range(n)], {"-": bf.AffineField(A, b, cos=cos), "+": bf.AffineField(*above, cos=cos)},
+    fields = {"-": bf.AffineField(A, b, cos=cos), "+": bf.AffineField(*above, cos=cos)}
+    system = bf.PiecewiseSystem([f"x{i}" for i in range(n)], fields,
                                 [bf.Switch(bf.AffineSurface(h, offset), hysteresis=band)], omega=omega if cos else None)
     return system, (A, b), above, load, omega, h, offset, band, rng.normal(size=n)
 

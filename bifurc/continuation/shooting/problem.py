@@ -202,7 +202,7 @@ class OrbitProblem(Problem):
         if self._born:
             self._shrinks = len(monitors)
             monitors.append(Monitor(SpecialPointKind.HOPF, autonomous.SHRINKS, boundary=True))
-        self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
+        self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n != 1
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
         self.monitors = tuple(monitors)
