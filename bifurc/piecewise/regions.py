@@ -101,7 +101,8 @@ class Regions:
         """Return the automaton of all modes."""
         modes = self.modes()
         known = {sides: self.names.get(sides, sides) for sides, _, _ in modes}
-        rates, exits, final = [], [], []
+        rates, final = [], []
+        exits: list[tuple[str, tuple[Exit, ...]]] = []
         for sides, field, controls in modes:
             ends: list[Exit] = []
             on = [i for i, side in enumerate(sides) if side == "0"]
@@ -123,9 +124,9 @@ class Regions:
                 above = self.fields.get(sides[:i] + "+" + sides[i + 1:])
                 if sides[i] == "-" and above is not None:
                     final.append(self.escaping(i, sides, below, above))
-        for key, rate, ends in final:
+        for key, rate, leaves in final:
             rates.append((key, rate))
-            exits.append((key, ends))
+            exits.append((key, leaves))
         begins = (*(key for key, _, _ in final), *(known[sides] for sides in sorted(known, key=lambda one: one.count("0"))))
         return Automaton(states=states, rates=tuple(rates), exits=tuple(exits), begins=begins,
                          final=tuple((key, "escaping") for key, _, _ in final))

@@ -44,9 +44,9 @@ def relay_feedback(*, s: float = -1.0, zeta: float = 0.5, w: float = 1.0, pole: 
 @builder
 def buck_converter(*, E: float = 20.0, R: float = 22.0, L: float = 20e-3, C: float = 47e-6, T: float = 400e-6, a: float = 8.4,
                    Vref: float = 11.3, low: float = 3.8, high: float = 8.2) -> System:
-    """Return a voltage-controlled buck converter; di Bernardo, Garofalo, Glielmo and Vasca, IEEE Trans. Circuits Syst. I 45 (1998).
+    """Return a buck converter under a voltage control; di Bernardo, Garofalo, Glielmo, Vasca, IEEE Trans. Circuits Syst. I (1998).
 
-    The switch is on where a (v - Vref) is below a ramp from ``low`` to ``high`` of period T; the time of the ramp is the third state.
+    It is on where a (v - Vref) is below a ramp from ``low`` to ``high`` of period T; the time of the ramp is the third state.
 
     Parameters
     ----------

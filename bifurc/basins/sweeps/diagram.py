@@ -181,7 +181,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
     first = _starts(system, starts)
     scene = scene_of(system)
     length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max(initial=0.0)))
-    scale = np.full(scene.ns, length) if scene.n else natural_sizes(scene.tables, first, system.period)
+    scale = np.full(scene.ns, length) if scene.n else natural_sizes(scene.tables, first, 2.0 * np.pi / float(scene.omega or 1.0))
     scale[scene.n:2 * scene.n] *= float(scene.omega or 1.0)
     common = {"system": system.to_record(), "elements": user_parts(system), "parameter": parameter, "starts": first, "scale": scale,
               "transient": transient, "keep": keep, "max_events": max_events}
