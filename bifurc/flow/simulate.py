@@ -126,7 +126,12 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
     _forcing(scene, begin[1], x)
     given = x.copy()
     _paced(scene, given)
-    mode, x = settle.start(scene, x, keys)
+    try:
+        mode, x = settle.start(scene, x, keys)
+    except settle.Inconsistent as error:
+        if keys is None:
+            raise
+        raise ValueError(f"simulate: mode = {keys!r} is not allowed; {error}") from None
     first = x[:scene.ns].copy()
     T = scene.tables
     give_modal(T)

@@ -311,9 +311,12 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
     states = named_states(kind, states, parameters)
     modes = named_fields(kind, "modes", modes)
     rules = rules_of(kind, "jumps", jumps, Jump)
-    begins = tuple(modes) if start is None else (start,) if isinstance(start, str) else tuple(start)
+    begins = tuple(modes) if start is None else (start,) if isinstance(start, str) else start
+    if not isinstance(begins, (list, tuple)) or not begins:
+        raise refused(kind, "start", start, "None, the name of a mode, or names of some")
+    begins = tuple(begins)
     for name in (*begins, *(name for rule in rules for name in (rule.mode, *rule.to))):
-        if name not in modes:
+        if not isinstance(name, str) or name not in modes:
             raise ValueError(f"{kind}: the mode {shown(name)} has no field; there are {', '.join(map(repr, modes))}")
     return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None), omega, parameters)
 

@@ -67,14 +67,30 @@ def buck_converter(*, E: float = 20.0, R: float = 22.0, L: float = 20e-3, C: flo
 
 @builder
 def integrate_and_fire(*, current: float = 1.5, threshold: float = 1.0, rest: float = 0.0) -> System:
-    """Return a neuron v' = current - v that is reset to ``rest`` where it reaches a threshold: dimensionless."""
+    """Return a neuron v' = current - v that is reset where it reaches a threshold.
+
+    Parameters
+    ----------
+    current : float
+        Dimensionless.
+    threshold, rest : float
+        Where it is reset, and to what.
+    """
     return HybridSystem("v", {"rise": AffineField([[-1.0]], [current])}, [
         Jump("rise", AffineSurface([1.0], -threshold), to="rise", reset=AffineReset([[0.0]], [rest]))])
 
 
 @builder
 def chua_circuit(*, alpha: float = 8.2, beta: float = 100.0 / 7.0, m0: float = -8.0 / 7.0, m1: float = -5.0 / 7.0) -> System:
-    """Return Chua's circuit x' = alpha (y - x - f(x)), y' = x - y + z, z' = -beta y with f of slope m0 in |x| < 1, m1 beyond."""
+    """Return Chua's circuit x' = alpha (y - x - f(x)), y' = x - y + z, z' = -beta y.
+
+    Parameters
+    ----------
+    alpha, beta : float
+        Dimensionless.
+    m0, m1 : float
+        Slopes of the characteristic f in |x| < 1, and beyond.
+    """
     def piece(slope, offset):
         return AffineField([[-alpha * (1 + slope), alpha, 0], [1, -1, 1], [0, -beta, 0]], [-alpha * offset, 0, 0])
     return PiecewiseSystem("x y z", {"--": piece(m1, m1 - m0), "+-": piece(m0, 0.0), "++": piece(m1, m0 - m1)},
