@@ -193,6 +193,11 @@ class System:
         return np.concatenate([y[..., :self.n] @ T.T, y[..., self.n:2 * self.n] @ T.T], axis=-1)
 
     @property
+    def measured(self) -> int:
+        """How many components extremes and harmonics are taken of: the coordinates; of a system of first order its states."""
+        return self.n or sum(len(element.memory) for element in self.elements)
+
+    @property
     def builder(self) -> Callable[..., "System"] | None:
         """What makes systems like this one from the values of its parameters; None: it is made by hand."""
         return None if self._origin is None else self._origin[0]

@@ -192,7 +192,7 @@ class PeriodicOrbit(Orbit):
             engine.forcing_rate(T, x, dw)
             engine.guard_gradient(T, node[BEFORE], node[GUARD], x, row)
             speed = float(engine.guard_rate(row, f, dw))
-            kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
+            kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD], node[AFTER]), None, None
             if node[CLOSES] == 1:  # the rest of a complete chattering, as one entry
                 _, left = closure_of(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
                 kind, end = EventKind.CHATTER, float(tau * period + left)

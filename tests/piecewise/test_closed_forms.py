@@ -187,3 +187,16 @@ def test_what_is_not_there_for_systems_of_first_order_says_so():
         bf.find_orbit(on_a_belt(0.9), method=bf.HarmonicBalance(3))
     with pytest.raises(ValueError, match="without excitation"):
         equilibria(on_a_belt(0.9))
+
+
+def test_measures_of_states_and_a_diagram():
+    """Between two events a neuron's voltage is 1.5 (1 - exp(-t)): its mean square is known."""
+    branch = bf.trace(bf.find_orbit(bf.systems.integrate_and_fire(current=1.5), (0.5,)), "current", bounds=(1.2, 2.0))
+    currents = branch.column("current")
+    T = np.log(currents / (currents - 1.0))
+    square = currents**2 * (T - 2.0 * (1.0 - np.exp(-T)) + 0.5 * (1.0 - np.exp(-2.0 * T))) / T
+    np.testing.assert_allclose(branch.column("rms_0"), np.sqrt(square), rtol=1e-11)
+    np.testing.assert_allclose(branch.column("max_0"), 1.0, rtol=1e-12)
+    assert branch.plot().get_xlabel() == "current"
+    assert [event.kind for event in bf.find_orbit(bf.systems.relay_feedback(), (0.1, -1.0, -3.0)).events] == [
+        "slide_begin", "slide_end", "slide_begin", "slide_end"]

@@ -746,8 +746,7 @@ class OrbitProblem(Problem):
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
-        n = self.scene.n
-        each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
+        each = [f"{name}_{i}" for i in range(self.system.measured) for name in ("max", "min", "rms", "h1")]
         count = self.scene.ns - len(self._labels.places) - (self.sequence.clock > 0.0)
         return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(count)))
 
@@ -770,7 +769,7 @@ class OrbitProblem(Problem):
     def measure_gradient(self, name, x):
         """Return the gradient (n + 1,) of the largest or least displacement; None for other measures: they are differenced."""
         kind, _, dof = name.rpartition("_")
-        if kind not in ("max", "min"):
+        if kind not in ("max", "min") or self.scene.n == 0:
             return None
         return extreme_gradient(self, x, int(dof), 1.0 if kind == "max" else -1.0)
 

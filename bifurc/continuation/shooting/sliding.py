@@ -5,16 +5,10 @@ Budd, Champneys, Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapter 8
 """
 import numpy as np
 
-from ...elements import EventKind
 from ...orbits.shooting.sequence import AFTER, BEFORE
 from ..kinds import SpecialPointKind
 
 K = SpecialPointKind
-
-
-def is_slide(scene, mode: int) -> bool:
-    """Whether a motion slides along a surface in a mode."""
-    return any(scene.event_kind(mode, guard) is EventKind.SLIDE_END for guard in range(int(scene.tables.n_guards[mode])))
 
 
 def change(problem, x, other, spans) -> SpecialPointKind:
@@ -24,7 +18,7 @@ def change(problem, x, other, spans) -> SpecialPointKind:
     nodes, scene = richer.sequence.nodes, richer.scene
     shortest = int(np.argmin(spans(richer, at)))
     earlier, own, later = (int(mode) for mode in (nodes[shortest - 1, BEFORE], nodes[shortest, BEFORE], nodes[shortest, AFTER]))
-    if is_slide(scene, own):  # between one region and itself a flight touches the surface, between two a crossing becomes a slide
+    if scene.slides(own):  # between one region and itself a flight touches the surface, between two a crossing becomes a slide
         return K.GRAZING_SLIDING if earlier == later else K.CROSSING_SLIDING
-    beside = is_slide(scene, earlier) + is_slide(scene, later)  # a crossing before a slide, a slide that is parted in two
+    beside = scene.slides(earlier) + scene.slides(later)  # a crossing before a slide, a slide that is parted in two
     return (K.GRAZING, K.SWITCHING_SLIDING, K.ADDING_SLIDING)[beside]

@@ -146,7 +146,7 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
         draw_rotor(ring, t, y, events, (phase, history), unit, "time / forcing period" if _forced(system) else "time")
         _legend(history)
         return [phase, history]
-    (x, v), labels = _plane(system, t, y, dof)
+    (x, v), labels = _plane(system, t, y, dof, events)
     jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])
     cuts = np.searchsorted(t, jumps)
     cuts = np.unique(cuts[(cuts > 0) & (cuts < t.size)])
@@ -173,7 +173,7 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
     return [phase, history]
 
 
-def _plane(system, t, y, dof) -> tuple[np.ndarray, tuple[str, str]]:
+def _plane(system, t, y, dof, events=()) -> tuple[np.ndarray, tuple[str, str]]:
     """Return what the phase plane shows (2, N), and the labels: a displacement and its velocity; of a system of first order a state
     and the next one, or its rate where there is no other."""
     if getattr(system, "n", 1):
@@ -187,7 +187,10 @@ def _plane(system, t, y, dof) -> tuple[np.ndarray, tuple[str, str]]:
         return y[:, [dof, other]].T, (names[dof], names[other])
     step = np.diff(t)
     rate = np.divide(np.diff(y[:, 0]), step, out=np.full(step.size, np.nan), where=step > 0.0)
-    return np.array([y[:, 0], np.append(rate, rate[-1])]), (names[0], f"rate of {names[0]}")
+    jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])
+    over = np.searchsorted(t, np.append(jumps, jumps[jumps <= t[0]] + t[-1] - t[0]), side="left") - 1  # the intervals of resets
+    rate[over[(over >= 0) & (over < rate.size)]] = np.nan
+    return np.array([y[:, 0], np.append(rate, np.nan)]), (names[0], f"rate of {names[0]}")
 
 
 def _legend(ax: Axes) -> None:
