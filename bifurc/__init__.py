@@ -15,9 +15,16 @@ import importlib
 
 __version__ = "0.2.0"
 
-_MODULES = ("elements", "systems", "continuation", "control", "plotting", "explore")
+_MODULES = ("elements", "systems", "piecewise", "continuation", "control", "plotting", "explore")
 _NAMES = {
     "System": ".system",
+    "PiecewiseSystem": ".piecewise",
+    "HybridSystem": ".piecewise",
+    "AffineField": ".piecewise",
+    "AffineSurface": ".piecewise",
+    "AffineReset": ".piecewise",
+    "Switch": ".piecewise",
+    "Jump": ".piecewise",
     "simulate": ".flow.simulate",
     "hysteresis": ".flow.hysteresis",
     "Trajectory": ".flow.trajectory",

@@ -193,6 +193,16 @@ class System:
         return np.concatenate([y[..., :self.n] @ T.T, y[..., self.n:2 * self.n] @ T.T], axis=-1)
 
     @property
+    def measured(self) -> int:
+        """How many components extremes and harmonics are taken of: the coordinates; of a system of first order its states."""
+        return self.n or sum(len(element.memory) for element in self.elements)
+
+    @property
+    def builder(self) -> Callable[..., "System"] | None:
+        """What makes systems like this one from the values of its parameters; None: it is made by hand."""
+        return None if self._origin is None else self._origin[0]
+
+    @property
     def mass(self) -> np.ndarray:
         """Mass matrix, shape (n, n)."""
         return self.core.mass
@@ -402,7 +412,8 @@ class System:
         ----------
         record : dict
         elements : iterable of classes and functions
-            Element classes, laws and builders that are not the package's own; nothing is imported from a record.
+            Element classes, laws and builders that are not the package's own; nothing is imported from a record. Of a
+            `PiecewiseSystem` it is the ``builder`` of one like it.
         """
         own = {item.__name__: item for item in elements}
         if "builder" in record:
@@ -457,6 +468,15 @@ class System:
 
     def __deepcopy__(self, memo):
         return self
+
+
+def of_states(elements: Iterable[Element], omega: float | None) -> System:
+    """Return a system without degrees of freedom, whose states are the memory of its elements; see `piecewise`."""
+    system, nothing = object.__new__(System), np.zeros((0, 0))
+    nothing.flags.writeable = False
+    system.__dict__.update(core=Core(nothing, nothing, nothing, omega), n=0, elements=tuple(elements), dofs=None, reduction=None,
+                           _origin=None, _scene=None, _kin=None)
+    return system
 
 
 def builder(build: Callable[..., System]) -> Callable[..., System]:

@@ -97,7 +97,7 @@ def atlas(system: System, parameter: str, bounds, region: Mapping, *, at: Mappin
     box = Region(region, at)
     for value in (low, high):
         box.starts(scene_of(system.with_parameters(**{parameter: value})), 1, 0)
-    amplitudes = [f"{name}_{i}" for i in range(system.n) for name in ("max", "min", "rms", "h1")]
+    amplitudes = [f"{name}_{i}" for i in range(system.measured) for name in ("max", "min", "rms", "h1")]
     options = {"probes": _whole("probes", probes), "checks": _whole("checks", checks), "periods": _whole("periods", periods),
                "longest": _whole("longest", longest), "most_branches": _whole("most_branches", most_branches),
                "seed": _whole("seed", seed, 0), "trace": handed_on("atlas", trace, (low, high), amplitudes)}

@@ -542,6 +542,9 @@ class Packer:
             T.ratio[m, g] = guard.accumulates[0]
         for place, value in self.algebraic(keys) if guard.kick is not None else self._algebraic(e, keys[e]):
             R[place] = value
+        if guard.reset:
+            local = {"u": site.U, "s": site.S, "z": self.frame.eye[self.slices[e]]}
+            R[self.slices[e]] = [self.frame.row(value, local) for value in guard.reset]
 
     def _beside(self, hold: "Held", row: np.ndarray) -> np.ndarray:
         """Return the direction (n,) that changes ``row`` (n,) by 1 and no held row, by inertia; zeros where there is none."""

@@ -277,13 +277,25 @@ class Scene:
         """Return the element that holds row number ``hold``."""
         return self._holds[mode][hold]
 
-    def event_kind(self, mode: int, guard: int) -> EventKind:
-        """Return what happens when this guard fires."""
-        return self._guards[mode][guard].guard.kind
+    def event_kind(self, mode: int, guard: int, after: int | None = None) -> EventKind:
+        """Return what happens when this guard fires; where the mode ``after`` it is known, whether a slide begins."""
+        kind = self._guards[mode][guard].guard.kind
+        if kind is EventKind.CROSS and after is not None and self.slides(after) and not self.slides(mode):
+            return EventKind.SLIDE_BEGIN
+        return kind
+
+    def slides(self, mode: int) -> bool:
+        """Return whether a motion slides along a surface of fields of first order in a mode."""
+        return any(own.guard.kind is EventKind.SLIDE_END for own in self._guards[mode])
 
     def element_name(self, mode: int, guard: int) -> str:
         """Return the label of the element that owns a guard."""
         return self.system.labels[self._guards[mode][guard].element]
+
+    def ending(self, mode: int) -> str | None:
+        """Return the status of a motion that ends in a mode; None where it goes on."""
+        return next((status for element, own in zip(self.system.elements, self.keys[mode], strict=True)
+                     for key, status in element.final if key == own), None)
 
     # memory
 

@@ -23,6 +23,7 @@ from .pointer import WORD, Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
+BALANCES, UNITS = 4, 16  # sweeps over rows and columns, and products, that find the units of states in which their rates are least
 FLIGHT = 64.0  # units of time of the loads, for which a slow mode adds up rounding: an event ends it before a far longer step does
 MANY = 5  # degrees of freedom from which on modes have modal coordinates: below it whole steps of the tables cost less
 LEVELS = 80  # of the steps in modal coordinates, each longer than the one before by the root of 2
@@ -211,9 +212,50 @@ def rate(T, m):
         stiff = max(stiff, k)
         damp = max(damp, c)
     top = np.sqrt(stiff) + damp
+    if A.shape[1] > 2 * n:
+        top = max(top, rate_of_memory(A[m], n))
     for i in range(harmonics.size):
         top = max(top, harmonics[i] * flat[0])
     return top
+
+
+@njit
+def rate_of_memory(A, n):
+    """Bound on the rate of change of states of which some, behind the first ``2 n``, have rates of their own; 0 where none has.
+
+    For every positive x the largest of (|A| x)_i / x_i is the norm of A in the units x (Collatz and Wielandt).  Rows and columns
+    are made as large as each other (Osborne), repeated products then find the least norm there is, whatever the units.
+    """
+    ns, moves = A.shape[0], False
+    for i in range(2 * n, ns):
+        for j in range(ns):
+            moves = moves or A[i, j] != 0.0
+    if not moves:
+        return 0.0
+    x, y, best = np.ones(ns), np.empty(ns), np.inf
+    for _ in range(BALANCES):
+        for i in range(ns):
+            own, others = 0.0, 0.0
+            for j in range(ns):
+                if j != i:
+                    own += abs(A[i, j]) * x[j]
+                    others += abs(A[j, i]) / x[j]
+            if own > 0.0 and others > 0.0:
+                x[i] = np.sqrt(own / others)
+    for _ in range(UNITS):
+        top, largest = 0.0, 0.0
+        for i in range(ns):
+            y[i] = 0.0
+            for j in range(ns):
+                y[i] += abs(A[i, j]) * x[j]
+            top, largest = max(top, y[i] / x[i]), max(largest, y[i])
+        best = min(best, top)
+        if best == 0.0:
+            break
+        for i in range(ns):
+            x[i] = x[i] + y[i] / best
+        x /= x.max()
+    return best
 
 
 @njit

@@ -23,6 +23,10 @@ class SpecialPointKind(StrEnum):
     SLIP_ONSET = "slip_onset"
     SEPARATION = "separation"
     CHATTER_COMPLETION = "chatter_completion"
+    GRAZING_SLIDING = "grazing_sliding"
+    CROSSING_SLIDING = "crossing_sliding"
+    SWITCHING_SLIDING = "switching_sliding"
+    ADDING_SLIDING = "adding_sliding"
     CYCLE_END = "cycle_end"
     HOPF = "hopf"
     BOUNDARY_EQUILIBRIUM = "boundary_equilibrium"
@@ -44,7 +48,9 @@ class SpecialPointKind(StrEnum):
 
 # kinds of points where an event is touched, born or dies: the equations of one event sequence end there
 BOUNDARIES = (SpecialPointKind.GRAZING, SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION,
-              SpecialPointKind.CHATTER_COMPLETION, SpecialPointKind.CYCLE_END, SpecialPointKind.BOUNDARY_EQUILIBRIUM)
+              SpecialPointKind.CHATTER_COMPLETION, SpecialPointKind.GRAZING_SLIDING, SpecialPointKind.CROSSING_SLIDING,
+              SpecialPointKind.SWITCHING_SLIDING, SpecialPointKind.ADDING_SLIDING, SpecialPointKind.CYCLE_END,
+              SpecialPointKind.BOUNDARY_EQUILIBRIUM)
 
 
 class LocationStatus(DescribedEnum):

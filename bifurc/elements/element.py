@@ -65,6 +65,7 @@ class Element:
     memory: ClassVar[tuple[str, ...]] = ()
     virgin: ClassVar[tuple[Affine, ...]] = ()
     unordered: ClassVar[Hashable | None] = None  # key of a start with memory that is not `ordered`; None: all memory is
+    final: ClassVar[tuple[tuple[Hashable, str], ...]] = ()  # keys in which a motion ends, and its status
     isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
     delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
 

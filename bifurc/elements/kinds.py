@@ -13,6 +13,10 @@ class EventKind(StrEnum):
     CHATTER = "chatter"  # chattering has completed
     GRAZE = "graze"  # a surface was touched with zero speed
     SEPARATION = "separation"  # a deformable contact ends
+    CROSS = "cross"  # a surface is passed, behind which another field acts
+    SLIDE_BEGIN = "slide_begin"  # a surface is met, along which the motion slides
+    SLIDE_END = "slide_end"  # a slide along a surface ends
+    RESET = "reset"  # a reset acts
 
     @property
     def code(self) -> int:

@@ -114,6 +114,8 @@ class Guard:
     accumulates : (ratio, key), optional
         Complete chattering: the event repeats with this ratio of successive speeds and accumulates, after which the mode
         `key` holds (never when the ratio is 1).
+    reset : tuple of Affine, optional
+        Memory after the event, one entry a memory, in what there is before it; empty: as it is.
     """
 
     value: Affine | Law
@@ -122,6 +124,7 @@ class Guard:
     kick: Kick | Law | None = None
     silent: bool = False
     accumulates: tuple[float, Hashable] | None = None
+    reset: tuple[Affine, ...] = ()
 
 
 @dataclass(frozen=True)

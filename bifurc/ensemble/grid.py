@@ -144,7 +144,7 @@ class Grid:
             found = found * cells + np.clip(place, 0, cells - 1).astype(np.int64)
         return np.where(inside, found, -1)
 
-    @checked(ns=COUNT)
+    @checked(n=of(whole, least=0), ns=COUNT)
     def places(self, n: int, ns: int) -> tuple[int, ...]:
         """Return the places of the components in the state (q, v, w) of ``n`` degrees of freedom.
 

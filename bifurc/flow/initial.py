@@ -28,3 +28,14 @@ def checked_state(scene, y0, t0: float) -> np.ndarray:
     if given.size < scene.ns:
         scene.relax(x)
     return x[:scene.ns]
+
+
+def checked_mode(scene, mode) -> tuple:
+    """Return keys of all elements as given, or raise ValueError."""
+    try:
+        if isinstance(mode, (list, tuple)) and len(mode) == len(scene.system.elements):
+            scene.index(tuple(mode))
+            return tuple(mode)
+    except (KeyError, TypeError, ValueError):  # of what is no key of an element
+        pass
+    raise refused("simulate", "mode", mode, f"one mode of each of the {len(scene.system.elements)} elements, such as orbit.mode")

@@ -123,8 +123,8 @@ def plain(x, ns):
     return size
 
 
-def start(scene, x):
-    """Return the mode in which a motion starts from ``x`` (nx,) and the state put on its surfaces.
+def start(scene, x, keys=None):
+    """Return the mode in which a motion starts from ``x`` (nx,) and the state put on its surfaces; with ``keys`` it is theirs.
 
     A state on a surface that arrives there with a speed is the event itself: the mode before it is returned, and the
     integration fires at once.
@@ -139,7 +139,7 @@ def start(scene, x):
     reasons, arriving, deepest = [], None, None
     rule = Rule(scene)
     x = unloaded(scene, x).copy()
-    for m in scene.start_modes(scene.disordered(x[None])):
+    for m in scene.start_modes(scene.disordered(x[None])) if keys is None else [scene.index(keys)]:
         T = scene.tables
         y = x.copy()
         for g in range(T.n_guards[m]):  # a state beyond a surface by rounding is on it

@@ -10,7 +10,7 @@ from ..system import System, require_system
 from . import settle
 from .delayed.verb import simulate_delayed
 from .engine import engine_of
-from .initial import checked_length, checked_state
+from .initial import checked_length, checked_mode, checked_state
 from .scan import (
     AT_GUARD,
     BOUND,
@@ -43,12 +43,13 @@ from .trajectory import Recorded, Trajectory
 
 ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; and of what is added to it at most
 # a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
+NEAR_SURFACE = 1e-12  # of its terms: a surface that a motion is on where nothing follows
 WORK, LAW_STEPS = 2e7, 5000.0
 
 
-@checked(periods=of(number, least=0.0, most=LARGEST), duration=RATIO)
+@checked(periods=of(number, least=0.0, most=LARGEST), duration=RATIO, mode=None)
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
-             max_events: int = 2000, history=None):
+             max_events: int = 2000, history=None, mode=None):
     """Return the motion from a state, through all its events.
 
     Between events the motion is closed form; events are isolated with a bound, none is stepped over.
@@ -68,6 +69,9 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     history : Trajectory, PeriodicOrbit or callable, optional
         For systems with a `DelayedFeedback`: the motion before the start (a callable gives states (k, ns) at times (k,),
         or one state (ns,) that lasts). None: the feedback begins one delay after the start.
+    mode : tuple, optional
+        Modes of all elements at the start, as ``orbit.mode`` gives them: with hysteresis a state does not tell which field acts.
+        None: the first that may begin.
 
     Returns
     -------
@@ -107,11 +111,14 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
         else:
             whole = int(np.floor(length / period))
             end = _carry(begin[0] + whole, begin[1] + (length - whole * period), period)
-    return integrate(scene, y0, begin, end, max_events)
+    return integrate(scene, y0, begin, end, max_events, None if mode is None else checked_mode(scene, mode))
 
 
-def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
-    """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time)."""
+def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
+    """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time).
+
+    ``keys`` see `settle.start`.
+    """
     period = scene.period or 0.0
     engine = engine_of(scene)
     x = np.zeros(scene.ns + scene.nw)
@@ -119,7 +126,12 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     _forcing(scene, begin[1], x)
     given = x.copy()
     _paced(scene, given)
-    mode, x = settle.start(scene, x)
+    try:
+        mode, x = settle.start(scene, x, keys)
+    except settle.Inconsistent as error:
+        if keys is None:
+            raise
+        raise ValueError(f"simulate: mode = {keys!r} is not allowed; {error}") from None
     first = x[:scene.ns].copy()
     T = scene.tables
     give_modal(T)
@@ -128,8 +140,9 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     _orders(scene, mode, x, ints, floats)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * scene.ns))
-    status, message = Status.COMPLETED, Status.COMPLETED.sentence
-    while True:
+    status = Status(scene.ending(mode) or Status.COMPLETED.value)
+    message = status.sentence
+    while status is Status.COMPLETED:
         stop = _slice(scene, T, ints, floats, end, period)
         code = engine.run(T, ints, floats, x, *stop, max_events, rows, record)
         if code == DONE and stop != end and (np.abs(x) < BOUND).all():
@@ -169,7 +182,8 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
                     ints[INSTANT] = ints[LOW] = 0
                 new, z = follows(scene, m, g, x, floats[SINCE])
             except settle.Inconsistent as error:
-                status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
+                status = contradiction(scene, m, x)
+                message = f"{status.sentence} {error}"
                 break
             T = scene.tables
             _paced(scene, given)
@@ -197,6 +211,15 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     final = x[None, :scene.ns].copy()
     scene.show(int(ints[MODE]), final, floats[TAU:TAU + 1])
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
+
+
+def contradiction(scene, m, x) -> Status:
+    """Return what it is that no combination of modes may follow mode ``m`` at ``x`` (nx,)."""
+    if scene.n:
+        return Status.INCONSISTENT
+    T = scene.tables
+    G = T.G[m, :T.n_guards[m]]
+    return Status.CODIMENSION_TWO if (np.abs(G @ x) <= NEAR_SURFACE * (np.abs(G) @ np.abs(x))).sum() > 1 else Status.NO_TARGET
 
 
 def _slice(scene, T, ints, floats, end, period: float):

@@ -11,5 +11,11 @@ class Status(DescribedEnum):
                                           "complete.")
     INCONSISTENT = ("inconsistent", "No combination of modes may follow an event; the contacts contradict each other "
                                     "at this state.")
+    ESCAPING = ("escaping", "The motion begins where the fields of both sides leave the surface: it may leave it at any time, to "
+                            "either side; begin a little aside.")
+    NO_TARGET = ("no_target", "No mode may follow here: both fields lead to a surface on which sliding is not allowed, or a reset "
+                              "lands where no mode may begin.")
+    CODIMENSION_TWO = ("codimension_two", "The motion meets several surfaces at once, on which the fields of their sides do not "
+                                          "determine how it goes on.")
     DIVERGED = ("diverged", "The state left the finite numbers; lower the excitation, or add the damping or the stop "
                             "that bounds it.")

@@ -154,7 +154,7 @@ class Trajectory(Content, Notebook, Motion):
         found = []
         for i in np.flatnonzero(self._is_event):
             before, g, after, what, _ = (int(v) for v in R.rows[i])
-            kind = {CHATTER: EventKind.CHATTER, GRAZE: EventKind.GRAZE}.get(what) or scene.event_kind(before, g)
+            kind = {CHATTER: EventKind.CHATTER, GRAZE: EventKind.GRAZE}.get(what) or scene.event_kind(before, g, after)
             ratio = end = None
             if what == CHATTER:
                 ratio, end = float(scene.tables.ratio[before, g]), float(self._starts[i] + R.spans[i])

@@ -3,6 +3,7 @@
 Anything of the shape of `concurrent.futures.Executor` serves; results are collected by the driver, which alone writes
 chunk files, so that workers need no disk and a killed driver loses only what was not handed in.
 """
+import inspect
 import os
 import threading
 from collections import OrderedDict
@@ -300,4 +301,5 @@ def user_parts(system: Any) -> tuple:
     for element in system.elements:
         found.append(type(element))
         found += [value for value in vars(element).values() if callable(value) and hasattr(value, "__name__")]
-    return tuple(item for item in dict.fromkeys(found) if not str(getattr(item, "__module__", "")).startswith(own))
+    return tuple(item for item in dict.fromkeys(found) if not str(getattr(item, "__module__", "")).startswith(own)
+                 or not isinstance(item, type) and not inspect.isroutine(item))  # what holds the fields of a user

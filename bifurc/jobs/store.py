@@ -6,6 +6,7 @@ manifest beside the chunks is derived from them and never read.  What is not a c
 its content, is never replaced or removed, whatever it is called.
 """
 import contextlib
+import dataclasses
 import functools
 import hashlib
 import inspect
@@ -76,6 +77,8 @@ def _feed(digest, value) -> None:
         except (OSError, TypeError):  # from a prompt: the name must do
             text = ""
         digest.update(f"c{value.__module__}.{value.__qualname__}:{text}".encode())
+    elif dataclasses.is_dataclass(value):
+        _feed(digest, [type(value).__qualname__, *(getattr(value, field.name) for field in dataclasses.fields(value))])
     else:
         plain = value.tolist() if isinstance(value, np.generic) else value
         digest.update(json.dumps(plain, allow_nan=True).encode())

@@ -16,9 +16,10 @@ from scipy.linalg import eig
 from scipy.optimize import brentq
 
 from ..checks import state
-from ..compose.natural import natural_length
+from ..compose.natural import natural_length, natural_sizes
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN, paced
+from ..flow import settle
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
@@ -194,6 +195,8 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
 def aside(system: System, y, near=STILL) -> np.ndarray:
     """Return a start; where ``y`` is an unstable state of rest, or as ``near`` to one (of the size of the motion), one a little
     beside that, in the direction that grows fastest, on the side of ``y``."""
+    if system.n == 0:
+        return moved_off(scene_of(system), y)
     rest = find_equilibrium(system, y)
     n, units = system.n, rest.field.units
     size = max(natural_length(scene_of(system).tables), float(np.abs(y[:n]).max()))
@@ -206,6 +209,15 @@ def aside(system: System, y, near=STILL) -> np.ndarray:
     side = -1.0 if np.real(np.conj(left[:, k]) @ (coordinates @ away)) > 0.0 else 1.0
     direction = side * Z @ np.real(right[:, k])
     return rest.state + ASIDE * size * direction / np.abs(direction / units).max()
+
+
+def moved_off(scene: Scene, y) -> np.ndarray:
+    """Return a start of a system of first order; where nothing moves at ``y``, one a little beside it."""
+    mode, x = settle.start(scene, np.concatenate([y, scene.forcing(np.zeros(1))[0]]))
+    A = scene.tables.A[mode]
+    if (np.abs(A @ x) > STILL * (np.abs(A) @ np.abs(x))).any():
+        return y
+    return y + ASIDE * natural_sizes(scene.tables, np.array([y]), fastest(scene))
 
 
 def failed(motion: Trajectory, start) -> PeriodicOrbit:
@@ -226,16 +238,17 @@ def at_rest(motion: Trajectory, start) -> bool:
     """Whether all speeds have died, and memory stands, in the last fifth of a motion of a search that began at ``start``."""
     n = motion.system.n
     states = motion(np.linspace(motion.start, motion.stop, 257))
-    speeds, first = np.abs(states[:, n:2 * n]).max(axis=1), np.abs(np.asarray(start, float))
+    speeds, first = np.abs(states[:, n:2 * n]).max(axis=1, initial=0.0), np.abs(np.asarray(start, float))
     rate = 2.0 * np.pi / slowest(scene_of(motion.system))
-    size = max(rate * np.abs(states[:, :n]).max(), rate * first[:n].max(), speeds.max(), first[n:2 * n].max())
+    size = max(rate * np.abs(states[:, :n]).max(initial=0.0), rate * first[:n].max(initial=0.0), speeds.max(),
+               first[n:2 * n].max(initial=0.0))
     memory = states[:, 2 * n:]
     return bool(speeds[-52:].max() <= STILL * size and (np.ptp(memory[-52:], axis=0) <= STILL * np.abs(memory).max(axis=0)).all())
 
 
 def dies_out(motion: Trajectory) -> bool:
     """Whether a motion without events comes near a stable state of rest as its slowest eigenvalue says, and so for ever."""
-    if len(motion.events):
+    if len(motion.events) or motion.system.n == 0:
         return False
     rest = find_equilibrium(motion.system, motion.final)
     if not rest.success or not rest.stable or rest.on_boundary or len(rest.continuum):
@@ -260,7 +273,7 @@ def from_motion(system: System, found: list[Return], period: float | None, early
     beginning first."""
     scene = scene_of(system)
     found = found[:MOST] if early else found[-MOST:]
-    length = float(max((np.abs(item.state[:scene.n]).max() for item in found), default=0.0))
+    length = float(max((np.abs(item.state[:scene.n]).max(initial=0.0) for item in found), default=0.0))
     pairs = []
     for i, first in enumerate(found):
         for j in range(i + 1, len(found)):
@@ -298,8 +311,9 @@ def between(system: System, chosen: list[Return], T: float, weights) -> Periodic
 
 def rested(orbit: PeriodicOrbit) -> PeriodicOrbit:
     """Return the orbit, as a failure where it is an equilibrium: that has any period, and says nothing of where the motion goes."""
-    speed = np.abs(orbit._states(np.linspace(0.0, orbit._whole[0].span, 64, endpoint=False))[:, orbit.scene.n:2 * orbit.scene.n])
-    if speed.max() > STILL * orbit.weights[orbit.scene.n:2 * orbit.scene.n].max():
+    n, states = orbit.scene.n, orbit._states(np.linspace(0.0, orbit._whole[0].span, 64, endpoint=False))
+    moves = np.abs(states[:, n:2 * n]).max() / orbit.weights[n:2 * n].max() if n else (np.ptp(states, axis=0) / orbit.weights).max()
+    if moves > STILL:
         return orbit
     how = {**orbit.how, "note": "Newton's method led to a state of rest"}
     return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, how, OrbitStatus.NOT_CONVERGED)
@@ -341,6 +355,8 @@ def maxima(motion: Trajectory, begin: float, stop: float, early: bool) -> list[R
     """Return maxima, between ``begin`` and ``stop``, of the coordinate with the largest extent: all of a slow motion, the first or
     the last of a fast one."""
     scene = scene_of(motion.system)
+    if scene.n == 0:
+        return []  # a system of first order with an affine field that swings for ever without an event is a centre
     short = fastest(scene)  # of the affine part: under a stiffening law the motion may be far faster
     while True:
         count = min(int(np.ceil(SAMPLES * (stop - begin) / short)), MOST_SAMPLES)
@@ -371,6 +387,8 @@ def maxima(motion: Trajectory, begin: float, stop: float, early: bool) -> list[R
 def sizes(scene: Scene, states, T: float, length: float) -> np.ndarray:
     """Return natural sizes (ns,) of the states: one length for all coordinates, times 2 pi / T for velocities."""
     n, omega = scene.n, 2.0 * np.pi / T
+    if n == 0:
+        return natural_sizes(scene.tables, np.array(states), T)
     length = max(length, max(float(np.abs(y[n:2 * n]).max()) for y in states) / omega)
     weights = np.full(scene.ns, length if length > 0.0 else 1.0)
     weights[n:2 * n] *= omega

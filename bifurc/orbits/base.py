@@ -86,8 +86,8 @@ class Orbit(Content, Notebook, Motion):
 
     def _coordinate(self, dof: int) -> int:
         """Return the number of a coordinate, checked."""
-        if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.system.n):
-            raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {self.system.n - 1}")
+        if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.system.measured):
+            raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {self.system.measured - 1}")
         return int(dof)
 
     # what every kind of orbit brings

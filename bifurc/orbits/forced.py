@@ -1,6 +1,7 @@
 """Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit."""
 import numpy as np
 
+from ..compose.natural import natural_sizes
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..flow.scan import CHATTER, GRAZE, KIND, PASSED, PERIODS
@@ -180,6 +181,8 @@ def sizes_of(scene: Scene, states) -> np.ndarray:
     """Return natural sizes (ns,) of the states: one length for all coordinates, times omega for velocities."""
     n, omega = scene.n, scene.omega
     assert omega is not None  # `find_orbit` refuses autonomous systems
+    if n == 0:
+        return natural_sizes(scene.tables, states, 2.0 * np.pi / omega)
     length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
     left = EPS * float(np.abs(states[:, 2 * n:]).max(initial=0.0))  # below it coordinates are what damping has left of a start
     weights = np.full(scene.ns, length if length > left else 1.0)

@@ -163,6 +163,12 @@ class PeriodicOrbit(Orbit):
         """State (ns,) at phase 0, after the event if one falls there."""
         return self._states(np.zeros(1))[0]
 
+    @property
+    def mode(self) -> tuple:
+        """Modes of all elements at `state`, which a state alone does not tell where there is hysteresis: `simulate` takes them."""
+        whole, U = self._whole
+        return self.scene.keys[int(self._modes(self._wrapped(np.zeros(1)), whole, U)[0])]
+
     @functools.cached_property
     def events(self) -> Events:
         """Events of one period from phase 0, in order of time."""
@@ -186,7 +192,7 @@ class PeriodicOrbit(Orbit):
             engine.forcing_rate(T, x, dw)
             engine.guard_gradient(T, node[BEFORE], node[GUARD], x, row)
             speed = float(engine.guard_rate(row, f, dw))
-            kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
+            kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD], node[AFTER]), None, None
             if node[CLOSES] == 1:  # the rest of a complete chattering, as one entry
                 _, left = closure_of(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
                 kind, end = EventKind.CHATTER, float(tau * period + left)
@@ -443,8 +449,7 @@ class PeriodicOrbit(Orbit):
 
     def _states(self, tau) -> np.ndarray:
         whole, U = self._whole
-        wrapped = U[0] + np.mod(np.asarray(tau, float) - U[0], whole.span)
-        wrapped[np.abs(wrapped - U[0] - whole.span) < 1e-14] = U[0]
+        wrapped = self._wrapped(tau)
         order = np.argsort(wrapped, kind="stable")
         out = np.empty((len(wrapped), self.scene.ns))
         self.equations.motion.states(self.equations.path.tables, whole.nodes, whole.span, U, wrapped[order], out)
@@ -457,8 +462,18 @@ class PeriodicOrbit(Orbit):
         """Write memory that follows local values into the states (k, ns) at the times ``tau`` (k,), periods."""
         scene = self.scene
         if scene.ns > 2 * scene.n:
-            at = np.searchsorted(U[::1 + scene.ns], tau, side="right") - 1
-            states[:] = scene.shown(whole.nodes[at, AFTER], states, tau * self.forcing_period)
+            states[:] = scene.shown(self._modes(tau, whole, U), states, tau * self.forcing_period)
+
+    def _wrapped(self, tau) -> np.ndarray:
+        """Return times, periods, as those behind the first event."""
+        whole, U = self._whole
+        wrapped = U[0] + np.mod(np.asarray(tau, float) - U[0], whole.span)
+        wrapped[np.abs(wrapped - U[0] - whole.span) < 1e-14] = U[0]
+        return wrapped
+
+    def _modes(self, tau, whole, U) -> np.ndarray:
+        """Return the modes at times ``tau`` (k,) behind the first event, periods."""
+        return whole.nodes[np.searchsorted(U[::1 + self.scene.ns], tau, side="right") - 1, AFTER]
 
     def _measure(self, dof: int, h: float) -> np.ndarray:
         """Return largest and smallest value, mean square, and the parts of harmonic ``h`` (an own period each) of a coordinate."""

@@ -51,6 +51,10 @@ EVENTS = {
     "graze": ("d", ORANGE, "graze"),
     "stick": ("s", SKY, "stick"),
     "slip": ("D", YELLOW, "slip"),
+    "cross": ("h", GREY, "crossing"),
+    "slide_begin": ("s", SKY, "slide begins"),
+    "slide_end": ("D", YELLOW, "slide ends"),
+    "reset": ("o", VERMILION, "reset"),
 }
 
 _SYMBOLS = {"omega": r"\omega", "zeta": r"\zeta", "alpha": r"\alpha", "beta": r"\beta", "mu": r"\mu", "nu": r"\nu"}

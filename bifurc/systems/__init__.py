@@ -6,6 +6,7 @@ _MODULES = {
     "belt": ("belt_oscillator",),
     "chains": ("impact_chain",),
     "dampers": ("friction_damped_oscillator", "macro_slip_contact", "micro_slip_ring", "micro_slip_strip"),
+    "first_order": ("buck_converter", "chua_circuit", "integrate_and_fire", "relay_feedback", "thermostat"),
     "friction": ("dry_friction_oscillator", "jenkins_oscillator"),
     "oscillators": ("bilinear_oscillator", "bouncing_ball", "duffing_oscillator", "impact_oscillator",
                     "moving_frame_impact_oscillator", "two_sided_impact_oscillator"),

@@ -7,6 +7,7 @@ import numpy as np
 
 from ... import __version__
 from ...checks import checked, many, refused
+from ...compose.natural import natural_sizes
 from ...compose.scene import Scene, scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -224,6 +225,8 @@ class _Work:
 def scale_of(scene: Scene, starts: np.ndarray) -> np.ndarray:
     """Return the sizes (ns,) of states: one length, its velocity at the frequency of the excitation or the slowest oscillation."""
     n, omega = scene.n, float(scene.omega or 2.0 * np.pi / slowest(scene))
+    if n == 0:
+        return natural_sizes(scene.tables, starts, 2.0 * np.pi / omega)
     length = max(float(np.abs(starts[:, :n]).max()), float(np.abs(starts[:, n:2 * n]).max()) / omega)
     scale = np.full(scene.ns, length)
     scale[n:2 * n] *= omega

@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import io, plotting
 from ...checks import array, checked, floats, of, several, shown, whole
-from ...compose.natural import natural_length
+from ...compose.natural import natural_length, natural_sizes
 from ...compose.scene import scene_of
 from ...content import Content
 from ...ensemble.period_map import MAPPED, PeriodMap
@@ -180,8 +180,8 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
     values = np.sort(_values(np.sort(np.atleast_1d(values))))
     first = _starts(system, starts)
     scene = scene_of(system)
-    length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max()))
-    scale = np.full(scene.ns, length)
+    length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max(initial=0.0)))
+    scale = np.full(scene.ns, length) if scene.n else natural_sizes(scene.tables, first, 2.0 * np.pi / float(scene.omega or 1.0))
     scale[scene.n:2 * scene.n] *= float(scene.omega or 1.0)
     common = {"system": system.to_record(), "elements": user_parts(system), "parameter": parameter, "starts": first, "scale": scale,
               "transient": transient, "keep": keep, "max_events": max_events}

@@ -204,7 +204,7 @@ class OrbitProblem(Problem):
         if self._born:
             self._shrinks = len(monitors)
             monitors.append(Monitor(SpecialPointKind.HOPF, autonomous.SHRINKS, boundary=True))
-        self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
+        self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n != 1
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
         if self._tori and is_linear(self.scene, sequence, self._labels):
@@ -754,8 +754,7 @@ class OrbitProblem(Problem):
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
-        n = self.scene.n
-        each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
+        each = [f"{name}_{i}" for i in range(self.system.measured) for name in ("max", "min", "rms", "h1")]
         count = self.scene.ns - len(self._labels.places) - (self.sequence.clock > 0.0)
         return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(count)))
 
@@ -778,7 +777,7 @@ class OrbitProblem(Problem):
     def measure_gradient(self, name, x):
         """Return the gradient (n + 1,) of the largest or least displacement; None for other measures: they are differenced."""
         kind, _, dof = name.rpartition("_")
-        if kind not in ("max", "min"):
+        if kind not in ("max", "min") or self.scene.n == 0:
             return None
         return extreme_gradient(self, x, int(dof), 1.0 if kind == "max" else -1.0)
 

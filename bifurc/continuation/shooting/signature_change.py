@@ -23,7 +23,7 @@ from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
 from ...orbits.shooting.signature import since
 from ..kinds import SpecialPointKind, StopReason
-from . import autonomous
+from . import autonomous, sliding
 from .appearing import NEAR, SHARP, inserted, parted, passed_whole
 from .completion import UNITS, ratio
 from .directions import directions
@@ -216,6 +216,8 @@ def beyond_section(problem, point):
 def changed(problem, x, other):
     """Return the kind of the change from the sequence of ``problem``, which ends at ``x`` (n + 1,), to that of ``other``; None
     where the events do not tell."""
+    if problem.scene.n == 0:
+        return sliding.change(problem, x, other, intervals)
     kind = exchanged(problem, x, other, True)
     if kind is not None:
         return kind

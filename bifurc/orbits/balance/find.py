@@ -48,6 +48,8 @@ def balanced(system: System, method: HarmonicBalance, guess=None, periods: int |
         raise ValueError(f"method = {method!r} is not allowed; it must be a HarmonicBalance, or None for event-exact shooting")
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; harmonic balance needs an excitation frequency omega")
+    if system.n == 0:
+        raise ValueError(f"{system!r} is of first order, which harmonic balance does not take; method = None gives its orbit")
     refuse_delay(system)
     count = int(periods or (guess.periods if isinstance(guess, Orbit) else 1))
     if method.harmonics == "auto":

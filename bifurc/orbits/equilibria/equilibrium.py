@@ -328,6 +328,9 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     if system.omega is not None:
         raise ValueError(f"{system!r} has an excitation of frequency {system.omega:g} and no state of rest; "
                          "find_orbit gives its motion")
+    if system.n == 0:
+        raise ValueError(f"find_equilibrium: system = {system!r} is not allowed; of a system of first order piecewise.equilibria "
+                         "gives all states of rest")
     scene = scene_of(system)
     y = _guess(scene, guess)
     tried: set[tuple[int, int]] = set()

@@ -97,6 +97,7 @@ DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to tha
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, LEFT, MOVING, HOLDING,
  INFO) = range(21)  # places in the `info` that `correct` fills
 RELEASED, SLIPS = EventKind.RELEASE.code, EventKind.SLIP.code  # where a force can hold no longer
+RESET = EventKind.RESET.code
 UNKNOWN = 2  # `locate`: the kernel does not know the test there
 
 
@@ -679,6 +680,8 @@ def starts_beyond(T, nodes, i, q, xp, listed, a):
     before, guard, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
     if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
         return False
+    if T.LP.shape[2] == 0:  # of first order
+        return T.kind[before, guard] == RESET or not goes_on(T, before, after, q)
     alike_held = T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after] and not begins_to_hold(T, before, after)
     if T.kick[before, guard] == 0 and alike_held and not leaps(T, before, after, q):
         return False
@@ -686,6 +689,19 @@ def starts_beyond(T, nodes, i, q, xp, listed, a):
         return True
     guard_series(T, after, q, xp, a)
     return a[1] < 0.0
+
+
+@njit
+def goes_on(T, before, after, q):
+    """Whether guard ``q`` of the mode ``after`` is that of a surface which ends the mode ``before``, too, from either side."""
+    for k in range(T.n_guards[before]):
+        apart, sums = 0.0, 0.0
+        for c in range(T.G.shape[2]):
+            apart = max(apart, abs(T.G[after, q, c] - T.G[before, k, c]))
+            sums = max(sums, abs(T.G[after, q, c] + T.G[before, k, c]))
+        if apart == 0.0 or sums == 0.0:
+            return True
+    return False
 
 
 @njit

@@ -12,7 +12,7 @@ from ...checks import MOVING, checked, like, of, whole
 from .. import style
 from .rotors import draw_rotor, relative, ring_of
 
-_JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
+_JUMPS = ("impact", "chatter", "reset")  # kinds of event at which a velocity jumps
 
 
 @style.styled
@@ -91,7 +91,7 @@ def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: in
 def _sections(ax: Axes, system: Any, t: np.ndarray, y: np.ndarray, times: np.ndarray, dof: int, words: str) -> None:
     """Mark where a motion is at some times: in the plane of a rotor, or in the phase plane."""
     ring = ring_of(system)
-    path = y[:, [dof, y.shape[1] // 2 + dof]] if ring is None else relative(ring, y)
+    path = _plane(system, t, y, dof)[0].T if ring is None else relative(ring, y)
     ax.plot(np.interp(times, t, path[:, 0]), np.interp(times, t, path[:, 1]), "k.", zorder=6, label=words,
             markersize=6 if len(times) < 20 else 3)
 
@@ -146,8 +146,7 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
         draw_rotor(ring, t, y, events, (phase, history), unit, "time / forcing period" if _forced(system) else "time")
         _legend(history)
         return [phase, history]
-    n = y.shape[1] // 2
-    x, v = y[:, whole("", "dof", dof, most=n - 1)], y[:, n + dof]
+    (x, v), labels = _plane(system, t, y, dof, events)
     jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])
     cuts = np.searchsorted(t, jumps)
     cuts = np.unique(cuts[(cuts > 0) & (cuts < t.size)])
@@ -155,7 +154,7 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
         phase.plot(x[first:last], v[first:last], color=style.BLUE, linewidth=1.2, zorder=3)
     for cut in cuts:
         phase.plot(x[cut - 1:cut + 1], v[cut - 1:cut + 1], color=style.VERMILION, linewidth=1.6,
-                   linestyle=(0, (1.2, 0.9)), label="impact", zorder=4)
+                   linestyle=(0, (1.2, 0.9)), label="impact" if getattr(system, "n", 1) else "reset", zorder=4)
     history.plot(t / unit, x, color=style.BLUE, linewidth=1.2, zorder=3)
     for row in events:
         if t[0] <= row.time <= t[-1]:
@@ -164,14 +163,34 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
             history.plot(row.time / unit, np.interp(row.time, t, x), linestyle="none", marker=marker, markersize=4.5,
                          markerfacecolor=color, markeredgecolor="black", markeredgewidth=0.6, label=word, zorder=5)
     _walls(phase, history, stops(system, dof), t, unit)
-    phase.set_xlabel(style.component_label(dof, n))
-    phase.set_ylabel(style.component_label(n + dof, n))
+    phase.set_xlabel(labels[0])
+    phase.set_ylabel(labels[1])
     history.set_xlabel("time / forcing period" if _forced(system) else "time")
-    history.set_ylabel(style.component_label(dof, n))
+    history.set_ylabel(labels[0])
     phase.xaxis.set_major_locator(MaxNLocator(6))
     _legend(phase)
     _legend(history)
     return [phase, history]
+
+
+def _plane(system, t, y, dof, events=()) -> tuple[np.ndarray, tuple[str, str]]:
+    """Return what the phase plane shows (2, N), and the labels: a displacement and its velocity; of a system of first order a state
+    and the next one, or its rate where there is no other."""
+    if getattr(system, "n", 1):
+        n = y.shape[1] // 2
+        dof = whole("", "dof", dof, most=n - 1)
+        return y[:, [dof, n + dof]].T, (style.component_label(dof, n), style.component_label(n + dof, n))
+    names = [name for element in system.elements for name in element.memory]
+    dof = whole("", "dof", dof, most=len(names) - 1)
+    if len(names) > 1:
+        other = (dof + 1) % len(names)
+        return y[:, [dof, other]].T, (names[dof], names[other])
+    step = np.diff(t)
+    rate = np.divide(np.diff(y[:, 0]), step, out=np.full(step.size, np.nan), where=step > 0.0)
+    jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])
+    over = np.searchsorted(t, np.append(jumps, jumps[jumps <= t[0]] + t[-1] - t[0]), side="left") - 1  # the intervals of resets
+    rate[over[(over >= 0) & (over < rate.size)]] = np.nan
+    return np.array([y[:, 0], np.append(rate, np.nan)]), (names[0], f"rate of {names[0]}")
 
 
 def _legend(ax: Axes) -> None:

@@ -1,0 +1,100 @@
+"""An automaton: states with affine rates of their own, modes, and what leads from one to another.
+
+It sits on no coordinate: a system of first order is one without degrees of freedom, with an automaton, see `bifurc.piecewise`.
+"""
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .element import Element
+from .kinds import EventKind
+from .local import Affine
+from .mode import Guard, Mode, Rate
+from .site import Rows
+
+
+@dataclass(frozen=True)
+class Exit:
+    """A condition that ends a mode of an automaton.
+
+    Parameters
+    ----------
+    value : Affine
+        In the states ``z(i)``, constants and harmonics; negative inside.
+    kind : EventKind
+    then : tuple of keys
+        Modes that may follow, in the order in which they are tried.
+    reset : tuple of Affine
+        States after it, affine in those before; empty: nothing changes.
+    """
+
+    value: Affine
+    kind: EventKind
+    then: tuple[Hashable, ...]
+    reset: tuple[Affine, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Automaton(Element):
+    """States with affine rates in modes.
+
+    Parameters
+    ----------
+    states : tuple of str
+        Their names.
+    rates : tuple of (key, tuple of Affine)
+        Mode by mode, the rate of every state.
+    exits : tuple of (key, tuple of Exit)
+        Mode by mode, what ends it.
+    begins : tuple of keys
+        Modes that may hold at a start, in the order in which they are tried.
+    final : tuple of (key, str)
+        Modes in which a motion ends, and its status.
+    """
+
+    states: tuple
+    rates: tuple
+    exits: tuple
+    begins: tuple
+    final: tuple = ()  # type: ignore[misc]  # of each automaton its own
+
+    def site(self, n):
+        """See `Element`: there is none."""
+        return Rows(np.zeros((0, n)))
+
+    @property
+    def start(self):
+        """See `Element`."""
+        return self.begins
+
+    @property
+    def memory(self):
+        """See `Element`: the states."""
+        return self.states
+
+    @property
+    def harmonics(self):
+        """See `Element`."""
+        expressions = [*(rate for _, rates in self.rates for rate in rates),
+                       *(part for _, exits in self.exits for leave in exits for part in (leave.value, *leave.reset))]
+        return tuple(sorted({k for expression in expressions for k in expression.harmonics}))
+
+    def mode(self, key, core):
+        """See `Element`."""
+        guards = tuple(Guard(leave.value, leave.kind, leave.then, reset=leave.reset) for leave in dict(self.exits)[key])
+        return Mode(memory=tuple(map(Rate, dict(self.rates)[key])), guards=guards)
+
+    @property
+    def structure(self):
+        """See `Element`: which terms there are, not what they weigh."""
+        def terms(expressions):
+            return tuple(tuple(sorted(expression.terms)) for expression in expressions)
+        return (type(self), self.states, self.begins, self.final, tuple((key, terms(rates)) for key, rates in self.rates),
+                tuple((key, tuple((terms((leave.value, *leave.reset)), leave.kind, leave.then) for leave in exits))
+                      for key, exits in self.exits))
+
+    @property
+    def parameters(self):
+        """See `Element`: those of an automaton are the keywords of its system."""
+        return {}
