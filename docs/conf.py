@@ -46,6 +46,7 @@ MODULES = {
     "bifurc.backbones": ("Backbones", "Frequency and damping of nonlinear modes over amplitude."),
     "bifurc.control": ("Control of chaos", "Delayed feedback and small changes of a parameter."),
     "bifurc.certify": ("Certificates", "Proofs in ball arithmetic."),
+    "bifurc.piecewise": ("Systems of first order", "Fields, surfaces, resets; states of rest."),
     "bifurc.plotting": ("Pictures", "What ``plot`` of the results calls."),
     "bifurc.explore": ("Explorer", "A system in the browser."),
 }

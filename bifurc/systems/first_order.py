@@ -6,7 +6,7 @@ from ..system import System, builder
 
 
 @builder
-def thermostat(*, room: float = 10.0, power: float = 20.0, time: float = 5.0, low: float = 19.0, high: float = 21.0) -> System:
+def thermostat(*, room: float = 10.0, power: float = 20.0, time: float = 5.0, low: float = 19.0, width: float = 2.0) -> System:
     """Return a room that is heated from a low temperature up to a high one: time x' = room + power u - x with u = 0 or 1.
 
     Parameters
@@ -15,12 +15,12 @@ def thermostat(*, room: float = 10.0, power: float = 20.0, time: float = 5.0, lo
         Temperature without heating, and what heating adds to it.
     time : float
         Time in which differences fall by e.
-    low, high : float
-        Thresholds, the first below the second.
+    low, width : float
+        Temperature at which heating begins, and how far above it ends.
     """
     A = [[-1.0 / time]]
     return PiecewiseSystem("x", {"on": AffineField(A, [(room + power) / time]), "off": AffineField(A, [room / time])},
-                           [Switch(AffineSurface([1.0]), below="on", above="off", hysteresis=(low, high))])
+                           [Switch(AffineSurface([1.0]), below="on", above="off", hysteresis=(low, low + width))])
 
 
 @builder

@@ -674,7 +674,7 @@ SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of the
     "HarmonicBalance.layout": {"n": "points"},
     "Grid.require": {"bytes_a_cell": "positive", "what": "label"},
     "systems.buck_converter": {"low": "number", "high": "number"},
-    "systems.thermostat": {"low": "number", "high": "number"},
+    "systems.thermostat": {"low": "number"},
     "systems.friction_damped_oscillator": {"damping": "number"},
     "systems.jenkins_oscillator": {"limit": "ratio"},
     "systems.rotating_frame_rotor": {"nu": "number"},
