@@ -426,13 +426,14 @@ class Motion:
         """Follow the mode up to an event or for ``left``; return the time that is gone and whether an event ends it."""
         mode = self.I.mode(self.states)
         gone = LONG(0)
-        first = True
+        first, self.fresh = self.fresh, False  # behind an event; what goes on from some time has left its surfaces
         while left > gone:
             h = mode.h
             many = int(min(BLOCK, max(1, math.floor((left - gone) / h))))
             if left - gone < h:
                 many, h = 1, left - gone
             Z = mode.powers[:many + 1] @ self.z if h == mode.h else np.array([self.z, mode.at(self.z, h)])
+            sizes = mode.sizes(self.largest) if first else None  # of what has led here
             self.seen(Z)
             if len(mode.guards):
                 G, D = Z @ mode.functionals.T, Z @ mode.rates.T
@@ -440,7 +441,6 @@ class Motion:
                 suspect = (G[1:] < 0) | (D[:-1] < 0) & (D[1:] >= 0) & (G[:-1] < reach)
                 if first:
                     suspect[0] = True
-                sizes = mode.sizes(self.largest) if first else None
                 for j in np.flatnonzero(suspect.any(axis=1)):
                     series = mode.series(Z[j])
                     best = None
@@ -527,7 +527,7 @@ class Motion:
         options = [self.options(i, i in touching) for i in range(len(contacts))]
         for states in itertools.product(*options):
             if self.begins(states):
-                self.states = states
+                self.states, self.fresh = states, True
                 return
         raise Undecided(f"no combination of {options} may follow")
 
