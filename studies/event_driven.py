@@ -530,7 +530,8 @@ class Motion:
             self.log.append((float(self.t * I.unit), i))
             hits.append(hit)
         options = [self.options(i, i in touching) for i in range(len(contacts))]
-        held = [i for i, state in enumerate(self.states or ()) if contacts[i].kind == "dry" and state == "stick" and i not in self.owners]
+        held = [i for i, state in enumerate(self.states or ()) if state == "stick" and i not in self.owners
+                and contacts[i].kind == "dry"]
         # a contact within its limit of stick does not let go by itself, though it might slip with the smaller force of slip
         for states in sorted(itertools.product(*options), key=lambda states: sum(states[i] != "stick" for i in held)):
             if self.begins(states):

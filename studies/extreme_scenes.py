@@ -224,7 +224,8 @@ def judge_states(row, s, found, true, ignored, shaken, n):
     if not many:
         return
     true = true.astype(float)
-    scale = np.maximum(np.abs(true).max(axis=0), np.abs(np.concatenate([s.q, s.v])))
+    scale = np.abs(true).max(axis=0)
+    scale = np.where(scale > 0.0, scale, np.abs(np.concatenate([s.q, s.v])))  # what has stopped before the first time
     heavy = np.sqrt(np.diag(s.M))  # of coordinates with the energy of the largest, a billionth is seen
     for part in (slice(0, n), slice(n, 2 * n)):
         scale[part] = np.maximum(scale[part], 1e-9 * (scale[part] * heavy).max() / heavy)

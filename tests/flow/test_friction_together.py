@@ -42,7 +42,8 @@ LETS_GO = {  # contacts, and what they hold together upwards, over the phase of 
 def test_they_let_go_where_their_sum_is_exceeded(name, turned):
     """A free mass under a load that grows slowly moves off when it is beyond all limits of stick together, and not before."""
     contacts, held = LETS_GO[name]
-    system = bf.System(1.0, 0.0, 0.0, [HarmonicForce(6.0, phase=-0.5 * np.pi), *(contacts[::-1] if turned else contacts)], omega=0.01)
+    contacts = contacts[::-1] if turned else contacts
+    system = bf.System(1.0, 0.0, 0.0, [HarmonicForce(6.0, phase=-0.5 * np.pi), *contacts], omega=0.01)
     angle = np.linspace(0.0, 0.5 * np.pi, 100001)
     first = np.flatnonzero(6.0 * np.sin(angle) > held(angle))[0]
     when = brentq(lambda a: 6.0 * np.sin(a) - held(a), angle[first - 1], angle[first]) / 0.01

@@ -31,19 +31,19 @@ def leaders(elements, n: int) -> tuple[tuple[int, float], ...]:
         Where two whose force drops as they begin to slip are on one row, and one of them separates.
     """
     found: list[tuple[int, float]] = []
-    sites = [element.site(n) if element.rests_together or element.drops else None for element in elements]
+    sites = {e: element.site(n) for e, element in enumerate(elements) if element.rests_together or element.drops}
     for e, element in enumerate(elements):
         own = (e, 1.0)
-        for k in range(e if sites[e] is not None else 0):
-            if sites[k] is None or found[k][0] != k or (ratio := times(sites[k], sites[e])) == 0.0:
+        for k in range(e if e in sites else 0):
+            if k not in sites or found[k][0] != k or (ratio := times(sites[k], sites[e])) == 0.0:
                 continue
             if element.rests_together and elements[k].rests_together:
                 own = k, ratio
                 break
             if element.drops and elements[k].drops:
-                raise ValueError(f"elements {k} and {e} ({type(elements[k]).__name__}, {type(element).__name__}) are on one row with "
-                                 "static friction above that of slip, and one separates while its load is not positive: what they hold "
-                                 "together is not followed. Give both a load_amplitude below 1, or one of them static_ratio=1")
+                raise ValueError(f"elements {k} and {e} ({type(elements[k]).__name__}, {type(element).__name__}) are on one row "
+                                 "with static friction above that of slip, and one separates while its load is not positive: what "
+                                 "they hold together is not followed. Give both a load_amplitude below 1, or one static_ratio=1")
         found.append(own)
     return tuple(found)
 

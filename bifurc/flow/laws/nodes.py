@@ -81,7 +81,8 @@ def taken(new, i, a, scale):
     units of 1 / ``scale``."""
     d0, d1, d2, d3 = new[i, 0] - a[i, 0], new[i, 1] - a[i, 1], new[i, 2] - a[i, 2], new[i, 3] - a[i, 3]
     d4, d5, d6, d7 = new[i, 4] - a[i, 4], new[i, 5] - a[i, 5], new[i, 6] - a[i, 6], new[i, 7] - a[i, 7]
-    d0, d1, d2, d3, d4, d5, d6, d7 = (scale * d0, scale * d1, scale * d2, scale * d3, scale * d4, scale * d5, scale * d6, scale * d7)
+    d0, d1, d2, d3 = scale * d0, scale * d1, scale * d2, scale * d3
+    d4, d5, d6, d7 = scale * d4, scale * d5, scale * d6, scale * d7
     for j in range(NODES):
         a[i, j] = new[i, j]
     return (d0 * d0 + d1 * d1 + (d2 * d2 + d3 * d3)) + (d4 * d4 + d5 * d5 + (d6 * d6 + d7 * d7))

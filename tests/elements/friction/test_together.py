@@ -28,8 +28,9 @@ def test_the_first_on_a_row_leads_those_that_rest_with_it():
     assert rules.leaders(loaded, 1) == ((0, 1), (0, 1), (0, 1))
 
 
-@pytest.mark.parametrize(("first", "second", "ratio"), [((1.0, -1.0), (2.0, -2.0), 2.0), ((1.0, -1.0), (-0.5, 0.5), -0.5),
-                                                        ((0.1, 0.3), (0.3, 0.9), 3.0), ((0.1, 0.3), (-1.0 / 30.0, -0.1), -1.0 / 3.0)])
+@pytest.mark.parametrize(("first", "second", "ratio"), [
+    ((1.0, -1.0), (2.0, -2.0), 2.0), ((1.0, -1.0), (-0.5, 0.5), -0.5), ((0.1, 0.3), (0.3, 0.9), 3.0),
+    ((0.1, 0.3), (-1.0 / 30.0, -0.1), -1.0 / 3.0)])
 def test_multiples_of_a_row_are_one_row(first, second, ratio):
     """On belts whose speeds have the same ratio; a row that is another by more than rounding, or a belt, is none."""
     one, other = Coulomb(0.5, row=first, belt_speed=0.3), Coulomb(0.2, row=second, belt_speed=0.3 * ratio)
@@ -46,7 +47,8 @@ def test_two_that_drop_are_refused_where_one_separates():
                        (Coulomb(1.0, static=2.0), Coulomb(1.0, static=1.1, load_amplitude=-3.0))):
         with pytest.raises(ValueError, match="elements 0 and 1 .Coulomb, Coulomb. are on one row .* load_amplitude below 1"):
             rules.leaders((one, other), 1)
-    kept = (Coulomb(1.0, static_ratio=1.2, load_amplitude=1.0), Coulomb(1.0), Stribeck(static=2.0), Coulomb(1.0, static=1.1, row=(0, 1)))
+    kept = (Coulomb(1.0, static_ratio=1.2, load_amplitude=1.0), Coulomb(1.0), Stribeck(static=2.0),
+            Coulomb(1.0, static=1.1, row=(0, 1)))
     assert rules.leaders(kept, 2) == ((0, 1), (1, 1), (1, 1), (3, 1))
 
 
