@@ -97,7 +97,7 @@ def test_what_differs_is_seen():
     true, ignored = extreme_scenes.followed(s, times)[:2]
     extreme_scenes.judge_states(row, s, true.astype(float), true, ignored, [true], 1)
     assert row.verdict == "agrees" and row.compared == 4
-    extreme_scenes.judge_states(row, s, true.astype(float) * (1.0 + 1e-9), true, ignored, [true], 1)
+    extreme_scenes.judge_states(row, s, true.astype(float) * (1.0 + 1e-6), true, ignored, [true], 1)
     assert row.verdict == "differs"
     row, quiet = extreme_scenes.Compared(0), scene([[1.0]], [[1.0]], (), [1.0], [0.0])
     extreme_scenes.judge_energy(row, quiet, np.array([[0.0, 1.0], [0.0, 1.01]]), 1)
