@@ -383,9 +383,9 @@ class System:
         return tuple(order)
 
     @functools.cached_property
-    def together(self) -> tuple[tuple[int, int], ...]:
-        """For each element the first dry friction on its row, with which it rests and moves off, and whether the row of that one
-        runs the same way (1) or the other (-1); itself where there is none.  That may be so at one value of a parameter only."""
+    def together(self) -> tuple[tuple[int, float], ...]:
+        """For each element the first dry friction on its row, with which it rests and moves off, and how many times the row of that
+        one its own is (-1: it runs the other way); itself where there is none.  That may be so at one value of a parameter only."""
         return leaders(self.elements, self.n)
 
     @functools.cached_property

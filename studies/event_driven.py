@@ -237,6 +237,7 @@ class Mode:
                     force[:, -3] -= row * LONG(c.friction) * u * u * state
                     A[k] = I.wscale(i) * I.speed(i)
                     self.guards.append((state * I.speed(i), True, i))
+        self.owners = [(i,) for _, _, i in self.guards]
         self.held = [group for group in I.groups if any(states[i] in ("rest", "stick") for i in group)]
         if self.held:
             J = np.array([I.rows[group[0]] for group in self.held])
@@ -262,6 +263,7 @@ class Mode:
                         g = way * reaction[k]
                         g[-3] -= way * limit
                         self.guards.append((g, False, None))
+                        self.owners.append(tuple(group))
             made_of = np.abs(force) + np.abs(J.T) @ made_of
             force = force + J.T @ reaction
             force[np.abs(force) < 1e-17 * made_of] = 0
@@ -394,8 +396,10 @@ class Motion:
         self.events, self.impacts, self.log = 0, 0, []
         self.ignored = LONG(0)  # largest speed, of coordinates with unit mass and time, that was taken for rest
         self.rounding = LONG(0)  # speed that rounding of places has made
+        self.moved = LONG(0)  # largest way by which a mass that touches but for rounding was put on its wall
         self.struck = [-LONG("inf")] * len(scene.contacts)  # when each was struck last
         self.states = self.fired = None
+        self.owners = ()
         self.settle()
 
     @property
@@ -426,13 +430,14 @@ class Motion:
         """Follow the mode up to an event or for ``left``; return the time that is gone and whether an event ends it."""
         mode = self.I.mode(self.states)
         gone = LONG(0)
-        first = True
+        first, self.fresh = self.fresh, False  # behind an event; what goes on from some time has left its surfaces
         while left > gone:
             h = mode.h
             many = int(min(BLOCK, max(1, math.floor((left - gone) / h))))
             if left - gone < h:
                 many, h = 1, left - gone
             Z = mode.powers[:many + 1] @ self.z if h == mode.h else np.array([self.z, mode.at(self.z, h)])
+            sizes = mode.sizes(self.largest) if first else None  # of what has led here
             self.seen(Z)
             if len(mode.guards):
                 G, D = Z @ mode.functionals.T, Z @ mode.rates.T
@@ -440,7 +445,6 @@ class Motion:
                 suspect = (G[1:] < 0) | (D[:-1] < 0) & (D[1:] >= 0) & (G[:-1] < reach)
                 if first:
                     suspect[0] = True
-                sizes = mode.sizes(self.largest) if first else None
                 for j in np.flatnonzero(suspect.any(axis=1)):
                     series = mode.series(Z[j])
                     best = None
@@ -453,10 +457,10 @@ class Motion:
                                 continue
                         tau = first_zero(c, h)
                         if tau is not None and (best is None or tau < best[0]):
-                            best = tau, mode.guards[k][2]
+                            best = tau, mode.guards[k][2], mode.owners[k]
                     if best is not None:
                         self.z = polynomial(series, best[0])
-                        self.fired = best[1]
+                        self.fired, self.owners = best[1:]
                         return gone + j * h + best[0], True
             self.z, gone, first = Z[-1], gone + many * h, False
             if many == 1 and h != mode.h:
@@ -499,8 +503,9 @@ class Motion:
             if i not in touching and I.depth(i) @ self.z > 0:
                 raise Undecided(f"stop {i} is passed by {float(I.depth(i) @ self.z)}")
         for i in touching:  # put back on the wall
-            row = I.rows[i]
-            self.z[:n] -= row * contacts[i].side * (I.depth(i) @ self.z) / (row @ row)
+            row, depth = I.rows[i], I.depth(i) @ self.z
+            self.moved = max(self.moved, abs(depth) / np.sqrt(row @ row))
+            self.z[:n] -= row * contacts[i].side * depth / (row @ row)
         hits: list = []
         fastest = False  # the first contact in their order strikes first; the fastest where that has no end
         while True:
@@ -525,9 +530,12 @@ class Motion:
             self.log.append((float(self.t * I.unit), i))
             hits.append(hit)
         options = [self.options(i, i in touching) for i in range(len(contacts))]
-        for states in itertools.product(*options):
+        held = [i for i, state in enumerate(self.states or ()) if state == "stick" and i not in self.owners
+                and contacts[i].kind == "dry"]
+        # a contact within its limit of stick does not let go by itself, though it might slip with the smaller force of slip
+        for states in sorted(itertools.product(*options), key=lambda states: sum(states[i] != "stick" for i in held)):
             if self.begins(states):
-                self.states = states
+                self.states, self.fresh = states, True
                 return
         raise Undecided(f"no combination of {options} may follow")
 

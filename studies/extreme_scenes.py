@@ -157,8 +157,8 @@ class Compared:
 
 
 def followed(s: Scene, times):
-    """Return the states of the reference at times, as far as it has an answer, what speeds that it took for rest or rounded may
-    change in each, why it has no answer, and the number of its events."""
+    """Return the states of the reference at times, as far as it has an answer, what speeds that it took for rest or rounded, and
+    places that it put on a wall, may change in each, why it has no answer, and the number of its events."""
     found: list = []
     ignored: list = []
     motion = None
@@ -168,8 +168,8 @@ def followed(s: Scene, times):
         for t in times:
             motion.to(t)
             found.append(motion.y)
-            speeds = (motion.ignored + motion.rounding) * reach
-            ignored.append(np.concatenate([speeds * t, speeds / motion.I.unit]))
+            speeds = (motion.ignored + motion.rounding + motion.moved) * reach
+            ignored.append(np.concatenate([speeds * t + motion.moved * reach, speeds / motion.I.unit]))
     except Undecided as error:
         return np.array(found), np.array(ignored, float), str(error), motion.events if motion else 0
     return np.array(found), np.array(ignored, float), "", motion.events
@@ -181,7 +181,8 @@ def compared(seed: int) -> Compared:
     row = Compared(seed, contacts=f"{len(s.M)}: " + " ".join(c.kind for c in s.contacts))
     unit = float(Integrator(s).unit)
     duration = min(PERIODS * 2.0 * np.pi / s.omega, STEPS * 0.1 * unit)
-    times = duration * np.linspace(0.0, 1.0, TIMES + 1)[1:] ** 2  # early ones too, before motions depart
+    # early ones too, before motions depart; none a part of a period at which a symmetric motion has its events
+    times = duration * ((np.arange(1, TIMES + 1) - 1.0 / 3.0) / TIMES) ** 2
     n = len(s.M)
     clock = time.process_time()
     try:
@@ -224,6 +225,7 @@ def judge_states(row, s, found, true, ignored, shaken, n):
         return
     true = true.astype(float)
     scale = np.abs(true).max(axis=0)
+    scale = np.where(scale > 0.0, scale, np.abs(np.concatenate([s.q, s.v])))  # what has stopped before the first time
     heavy = np.sqrt(np.diag(s.M))  # of coordinates with the energy of the largest, a billionth is seen
     for part in (slice(0, n), slice(n, 2 * n)):
         scale[part] = np.maximum(scale[part], 1e-9 * (scale[part] * heavy).max() / heavy)

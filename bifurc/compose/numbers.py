@@ -154,7 +154,7 @@ class Held(NamedTuple):
 class Packer:
     """Fills the numbers of scene modes for one system, in which these contacts rest ``together`` (`friction.together`)."""
 
-    def __init__(self, system: System, frame: Frame, slices: list[slice], together: tuple[tuple[int, int], ...]):
+    def __init__(self, system: System, frame: Frame, slices: list[slice], together: tuple[tuple[int, float], ...]):
         self.system, self.frame, self.slices, self.together = system, frame, slices, together
         self.core = WatchedCore(system.core)
         M, C, K, _ = system.core

@@ -409,7 +409,7 @@ class Scene:
         if system.together != self.together and not includes(system.together, self.together):
             one = [self.system.labels[e] for e, (leader, _) in enumerate(self.together) if leader != e]
             raise ValueError(f"{', '.join(one)}: rests together with another friction on its row at this one value, where both "
-                             "surfaces move alike; begin beside it")
+                             "surfaces move alike, or up to a load_amplitude of 1; begin beside it, or beyond")
         own = self._flat  # made first: it tells what reads the frequency
         if not self._packer.reads_omega and self.system.differs_in_omega_only(system):
             flat = own.copy()

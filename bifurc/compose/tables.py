@@ -25,6 +25,7 @@ ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
 BALANCES, UNITS = 4, 16  # sweeps over rows and columns, and products, that find the units of states in which their rates are least
 FLIGHT = 64.0  # units of time of the loads, for which a slow mode adds up rounding: an event ends it before a far longer step does
+MOST_STEPS = 4096  # of a motion in a scene without rates: any number of them is as exact
 MANY = 5  # degrees of freedom from which on modes have modal coordinates: below it whole steps of the tables cost less
 LEVELS = 80  # of the steps in modal coordinates, each longer than the one before by the root of 2
 
@@ -285,42 +286,79 @@ def unit_of_time(T):
     return length / speed if length > 0.0 and speed > 0.0 else 0.0
 
 
-def paced(T, x):
-    """Give a scene whose numbers tell no time that of a motion from ``x`` (nx,): in which its loads stop its speed or pass its
-    distance from zero, or without loads in which that speed passes that distance."""
-    ns, n = T.A.shape[1], T.LP.shape[2]
-    if T.flat[0] > 0.0 or any(rate(T, m) > 0.0 for m in range(T.n_guards.size)) or unit_of_time(T) > 0.0:
+def paced(T, x, span):
+    """Measure the rounding of a scene without a clock by the time of a motion from ``x`` (nx,): that in which its loads stop its
+    largest speed or pass its largest distance, or without loads in which that speed passes that distance.
+
+    A scene without rates has steps as long as a motion of this ``span`` needs: they are exact at any size.
+    """
+    if T.flat[0] > 0.0:
         return
-    load, length, speed = (float(np.abs(part).max(initial=0.0)) for part in (T.A[:, n:2 * n, ns], x[:n], x[n:2 * n]))
-    unit = max(np.sqrt(length / load), speed / load) if load > 0.0 else length / speed if speed > 0.0 else 0.0
-    if 0.0 < unit < np.inf and (T.step != unit).any():
-        T.step[:] = unit
-        rebuild(T)
+    unit = unit_of_motion(T, x)
+    if not 0.0 < unit < np.inf:
+        return
+    if any(rate(T, m) > 0.0 for m in range(T.n_guards.size)):
+        measure(T, FLIGHT * unit)
+        return
+    step = max(unit, span / MOST_STEPS)
+    if (T.step != step).any():
+        T.step[:] = step
+        for m in range(T.n_guards.size):
+            summed(T, m)
+    measure(T, unit)
+
+
+@njit
+def unit_of_motion(T, x):
+    """Return the time that `paced` says; 0 where nothing tells it."""
+    n = T.LP.shape[2]
+    load, length, speed = scales(T)
+    for i in range(n):
+        length, speed = max(length, abs(x[i])), max(speed, abs(x[n + i]))
+    if load > 0.0:
+        return max(np.sqrt(length / load), speed / load)
+    return length / speed if speed > 0.0 else 0.0
+
+
+@njit
+def scales(T):
+    """Return the largest constant load over a mass, distance of a surface, and speed of one."""
+    load, length, speed = 0.0, 0.0, 0.0
+    n, ns = T.LP.shape[2], T.A.shape[1]
+    for m in range(T.n_guards.size):
+        for i in range(n):
+            load = max(load, abs(T.A[m, n + i, ns]))
+        for g in range(T.n_guards[m]):
+            for i in range(n):
+                if T.D[m, g, i] != 0.0:
+                    length = max(length, abs(T.G[m, g, ns] * T.D[m, g, i]))
+                if T.D[m, g, n + i] != 0.0:
+                    speed = max(speed, abs(T.G[m, g, ns] * T.D[m, g, n + i]))
+    return load, length, speed
 
 
 @njit
 def longest_flight(T):
     """Return the time that bounds the flights whose rounding slow modes of a scene without a clock add up: `FLIGHT` times that in
-    which the loads pass the largest distance of a surface; 0 where there are none."""
-    load, length = 0.0, 0.0
-    for m in range(T.n_guards.size):
-        for i in range(T.LP.shape[2], 2 * T.LP.shape[2]):
-            load = max(load, abs(T.A[m, i, T.A.shape[1]]))
-        for g in range(T.n_guards[m]):
-            for c in range(T.LP.shape[2]):
-                if T.D[m, g, c] != 0.0:
-                    length = max(length, abs(T.G[m, g, T.A.shape[1]] * T.D[m, g, c]))
+    which the loads pass the largest distance of a surface; 0 where there are none.  A motion tells more, see `paced`."""
+    load, length, _ = scales(T)
     return FLIGHT * np.sqrt(length / load) if load > 0.0 else 0.0
 
 
 @both
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4, F from the flat numbers."""
-    E, F, YT = T.E, T.F, T.YT
-    F[:] = 0.0
-    longest = longest_flight(T) if T.flat[0] == 0.0 else 0.0
     for m in range(T.n_guards.size):
         rebuild_mode(T, m, True)
+    measure(T, longest_flight(T) if T.flat[0] == 0.0 else 0.0)
+
+
+@both
+def measure(T, longest):
+    """Write the largest numbers of a step of any mode, of steps that are cut to the time ``longest`` (0: of whole ones), into F."""
+    E, F, YT = T.E, T.F, T.YT
+    F[:] = 0.0
+    for m in range(T.n_guards.size):
         slow = T.step[m] > longest > 0.0
         for i in range(F.shape[0]):
             for c in range(F.shape[1]):
@@ -335,7 +373,7 @@ def rebuild(T):
 @apart(NOTHING)
 def rebuild_mode(T, m, whole):
     """Fill step, turn and GT of mode ``m`` from the flat numbers; with ``whole`` YT, E and G4, too, for flights without laws."""
-    A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat
+    A, G, GT, YT, flat = T.A, T.G, T.GT, T.YT, T.flat
     harmonics, n_guards, step, still, turn = T.harmonics, T.n_guards, T.step, T.still, T.turn
     ns, nx = A.shape[1], A.shape[2]
     flights = ns if whole else 0
@@ -385,15 +423,23 @@ def rebuild_mode(T, m, whole):
                 else:
                     for c in range(nx):
                         GT[m, g, c, j] = 0.0
-    for i in range(flights):
-        for c in range(nx):
+    if whole:
+        summed(T, m)
+
+
+@both
+def summed(T, m):
+    """Fill E and G4 of mode ``m`` for its step, from the Taylor rows."""
+    E, G4, GT, YT, h = T.E, T.G4, T.GT, T.YT, T.step[m]
+    for i in range(E.shape[1]):
+        for c in range(E.shape[2]):
             total = YT[m, i, c, ORDER]
             for j in range(ORDER - 1, -1, -1):
                 total = total * h + YT[m, i, c, j]
             E[m, i, c] = total
     fourth = h**4
-    for g in range(n_guards[m] if whole else 0):
-        for c in range(nx):
+    for g in range(T.n_guards[m]):
+        for c in range(G4.shape[2]):
             total = 0.0
             for j in range(ORDER, 3, -1):
                 total = total * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))

@@ -98,6 +98,11 @@ class Element:
         return False
 
     @property
+    def drops(self) -> bool:
+        """Whether the force of the element falls by a finite amount where it begins to slip."""
+        return False
+
+    @property
     def surface(self) -> Surface | None:
         """The plane surface that a picture shows of the element; None: it has none."""
         return None

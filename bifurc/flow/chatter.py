@@ -208,6 +208,26 @@ def sequence(T, m, g, x, v, out, found):
         found[EXCESS] = min(found[EXCESS], height(r, first, push) * v * v / (UNSEEN * EPS * size))
     if T.n_holds[other] < T.n_holds[m]:
         found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
+    if strikes(T, m, g, x, (1.0 + r) * v, found[DURATION]):
+        found[EXCESS] = np.inf
+
+
+@leaf
+def strikes(T, m, g, x, v, span):
+    """Whether impacts at guard ``g`` of mode ``m``, which take the speed ``v`` from it at most, may drive another contact into its
+    own stop within a ``span`` from ``x`` (nx,): one that touches takes part in every impact."""
+    for k in range(T.n_guards[m]):
+        if k == g or T.kick[m, k] == 0:
+            continue
+        value, change, size = 0.0, 0.0, 0.0
+        for c in range(T.B.shape[2]):
+            change -= T.GT[m, k, c, 1] * T.B[m, g, c]
+            size += abs(T.GT[m, k, c, 1] * T.B[m, g, c])
+        for c in range(x.size):
+            value += T.G[m, k, c] * x[c]
+        if change > MOVED * size and not -value > v * change * span:
+            return True
+    return False
 
 
 @njit

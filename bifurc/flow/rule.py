@@ -12,7 +12,7 @@ from .._jit import FLAG, NOTHING, WHOLE, apart, both, leaf
 from ..compose.tables import ORDER
 from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
 from .affine.hidden import HIDDEN, blurred, followed
-from .affine.polynomial import EPS
+from .affine.polynomial import EPS, SMALLEST
 from .chatter import stilled, turned_back, undivided
 
 NOISE = 64.0 * EPS  # of the sum of the terms: values below it are zero
@@ -124,7 +124,7 @@ def sizes(T, x, scale):
     for c in range(ns, nx):
         scale[c] = 1.0
     for c in range(ns):
-        total = abs(x[c])
+        total = max(abs(x[c]), SMALLEST)
         for k in range(nx):
             total = max(total, F[c, k] * (abs(x[k]) if k < ns else 1.0))
         scale[c] = total

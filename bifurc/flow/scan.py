@@ -13,7 +13,7 @@ from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, leaves, terms_size
 from .affine.event_free import free_steps
 from .affine.hidden import HIDDEN, blurred, hidden
-from .affine.polynomial import EPS, first_zero, horner
+from .affine.polynomial import EPS, SMALLEST, first_zero, horner
 from .chatter import UNSEEN, closing, multiple
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
@@ -200,7 +200,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
             curved_project(T, m, x)
             arrive = arrival(T, m, g, x, arrive)
             kicked = kick[m, g] == 1 and arrive > 0.0
-            value = size = slope = 0.0
+            value, size, slope = 0.0, SMALLEST, 0.0
             for c in range(nx):
                 value += G[m, g, c] * x[c]
                 size += abs(G[m, g, c] * x[c])

@@ -14,6 +14,7 @@ from ..compose.tables import ORDER
 from ..compose.writer import kernels
 from ..elements import Circle, EventKind
 from .affine.endless import lasting
+from .affine.polynomial import SMALLEST
 from .laws.calls import KICKS, RESTS
 from .rule import NOISE
 from .scan import PENETRATION
@@ -119,7 +120,7 @@ class Rule:
 def plain(x, ns):
     """Return sizes of the entries of ``x`` (nx,) as they are; forcing has that of its amplitude."""
     size = np.ones(x.size)
-    size[:ns] = np.abs(x[:ns])
+    size[:ns] = np.maximum(np.abs(x[:ns]), SMALLEST)
     return size
 
 

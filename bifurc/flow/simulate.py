@@ -124,8 +124,8 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
     x = np.zeros(scene.ns + scene.nw)
     x[:scene.ns] = y0
     _forcing(scene, begin[1], x)
-    given = x.copy()
-    _paced(scene, given)
+    given, span = x.copy(), (end[0] - begin[0]) * period + end[1] - begin[1] if end[0] != begin[0] else end[1] - begin[1]
+    _paced(scene, given, span)
     try:
         mode, x = settle.start(scene, x, keys)
     except settle.Inconsistent as error:
@@ -157,7 +157,7 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
             record = np.concatenate((record, np.zeros_like(record[:MOST_ROWS])))
         elif code == NEED:
             T = scene.expand(int(ints[LACKS]), g)
-            _paced(scene, given)
+            _paced(scene, given, span)
             give_modal(T)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
@@ -186,7 +186,7 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
                 message = f"{status.sentence} {error}"
                 break
             T = scene.tables
-            _paced(scene, given)
+            _paced(scene, given, span)
             give_modal(T)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
@@ -233,10 +233,10 @@ def _slice(scene, T, ints, floats, end, period: float):
     return (whole + over, max(tau + span - over * period, 0.0))
 
 
-def _paced(scene, x: np.ndarray) -> None:
-    """Give a scene that knows no unit of time that of the motion from ``x`` (nx,)."""
+def _paced(scene, x: np.ndarray, span: float) -> None:
+    """Measure a scene without a clock by the motion from ``x`` (nx,), which lasts for ``span``."""
     if scene.period is None and not scene.laws:
-        paced(scene.tables, x)
+        paced(scene.tables, x, span)
 
 
 def _split(t: float, period: float) -> tuple[int, float]:

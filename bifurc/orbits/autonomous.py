@@ -74,7 +74,7 @@ def autonomous_orbit(system: System, guess, closure, transient: int, period: flo
             scene = scene_of(system)
             first = state("guess", guess, (2 * scene.n, scene.ns))
             if not scene.laws:
-                paced(scene.tables, first)
+                paced(scene.tables, first, 0.0)
             if not first[scene.n:2 * scene.n].any():
                 first = aside(system, first)
             found = from_state(system, first, period)

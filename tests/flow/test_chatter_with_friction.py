@@ -189,3 +189,28 @@ def test_a_held_mass_slips_in_every_impact(r, mu, phase, law):
         for side, sign in zip(sides, (1.0, -1.0), strict=True):
             jump(T, mode, hit, True, state + sign * step * np.eye(state.size)[c], side, np.empty((6, state.size)))
         np.testing.assert_allclose((sides[0] - sides[1])[:6] / (2.0 * step), P[:, c], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("coupling", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("static", [1.0, 1.4])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_chatter_that_drives_a_mass_held_by_friction_into_its_stop(coupling, static, turned):
+    """Each impact is two: the other mass hits its plastic stop at once, and gives back b/a of its speed.  With M = [[a, b], [b, c]]
+    speeds fall by r - (1 + r) b^2/(a c), between impacts the other mass is held: t0 (1 + 2 rho/(1 - rho)) to the end."""
+    a, c, r, h, g = 2.0, 3.0, 0.6, 0.3, 1.5
+    ratio = r - (1.0 + r) * coupling**2 / (a * c)
+    stops = [RigidStop(0.0, r, side=-1, dof=0), RigidStop(0.0, 0.0, side=-1, dof=1)]
+    stops = stops[::-1] if turned else stops
+    system = bf.System([[a, coupling], [coupling, c]], np.zeros((2, 2)), np.zeros((2, 2)),
+                       [ConstantForce(-g * a, dof=0), *stops, Coulomb(4.0, static_ratio=static, dof=1)])
+    fall = np.sqrt(2.0 * h / g)
+    end = fall * (1.0 + 2.0 * ratio / (1.0 - ratio))
+    motion = bf.simulate(system, (h, 0.0, 0.0, 0.0), duration=1.5 * end)
+    assert motion.success, motion.message
+    first, second = (system.labels.index(label) for label in ("rigid_stop", "rigid_stop_2"))
+    name = system.labels[second if turned else first]
+    times = [event.time for event in motion.events if event.element == name][:6]
+    exact = fall + 2.0 * fall * np.cumsum([0.0, *(ratio**k for k in range(1, 6))])
+    np.testing.assert_allclose(times, exact, rtol=1e-10)
+    assert motion.final.tolist() == [0.0, 0.0, 0.0, 0.0] and np.abs(motion(np.array([1.001 * end]))).max() < 1e-9
+    assert not motion(np.array([0.5 * (exact[0] + exact[1])]))[0][[1, 3]].any()

@@ -1,6 +1,7 @@
 """Several dry frictions on one row are one friction with the sum of their limits, static ones and kinetic ones alike."""
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
@@ -20,6 +21,72 @@ def test_they_are_one_with_the_sum_of_the_limits(limits, ratio):
     assert many.success and many.periods == whole.periods
     np.testing.assert_allclose([e.time for e in many.events], [e.time for e in whole.events], rtol=0, atol=1e-12)
     np.testing.assert_allclose(many.multipliers, whole.multipliers, rtol=0, atol=1e-12)
+
+
+LETS_GO = {  # contacts, and what they hold together upwards, over the phase of the load
+    "as one": ((Coulomb(1.0, static_ratio=1.5), Coulomb(2.0, static_ratio=1.3)), lambda a: 4.1 + 0.0 * a),
+    "one static": ((Coulomb(1.0), Coulomb(2.0, static_ratio=1.3)), lambda a: 3.6 + 0.0 * a),
+    "no slip force": ((Coulomb(0.0, static=1.0), Coulomb(0.0, static=2.0)), lambda a: 3.0 + 0.0 * a),
+    "multiple": ((Coulomb(1.0, static_ratio=1.5), Coulomb(1.0, static_ratio=1.3, row=(2.0,))), lambda a: 4.1 + 0.0 * a),
+    "backwards": ((Coulomb(1.0, static_ratio=1.2), Coulomb(0.2, friction_negative=0.7, static_ratio=1.1, row=(-2.0,))),
+                  lambda a: 1.2 + 2.0 * 1.1 * 0.7 + 0.0 * a),
+    "no variation": ((Coulomb(1.0, static_ratio=1.5, load_amplitude=0.0), Coulomb(2.0, static_ratio=1.3)), lambda a: 4.1 + 0.0 * a),
+    "load varies": ((Coulomb(1.0, static_ratio=1.5, load_amplitude=0.3), Coulomb(2.0, static_ratio=1.3, load_amplitude=-0.1)),
+                    lambda a: 1.5 + 0.45 * np.cos(a) + 2.6 - 0.26 * np.cos(a)),
+    "load of a law": ((Stribeck(1.0, 1.5, 0.5), Coulomb(1.0, static_ratio=1.5, load_amplitude=0.9, load_harmonic=2)),
+                      lambda a: 3.0 + 1.35 * np.cos(2.0 * a))}
+
+
+@pytest.mark.parametrize("name", LETS_GO)
+@pytest.mark.parametrize("turned", [False, True])
+def test_they_let_go_where_their_sum_is_exceeded(name, turned):
+    """A free mass under a load that grows slowly moves off when it is beyond all limits of stick together, and not before."""
+    contacts, held = LETS_GO[name]
+    contacts = contacts[::-1] if turned else contacts
+    system = bf.System(1.0, 0.0, 0.0, [HarmonicForce(6.0, phase=-0.5 * np.pi), *contacts], omega=0.01)
+    angle = np.linspace(0.0, 0.5 * np.pi, 100001)
+    first = np.flatnonzero(6.0 * np.sin(angle) > held(angle))[0]
+    when = brentq(lambda a: 6.0 * np.sin(a) - held(a), angle[first - 1], angle[first]) / 0.01
+    motion = bf.simulate(system, (0.0, 0.0), duration=when + 1.0)
+    assert motion.success and motion.events[0].kind == "slip" and abs(motion.events[0].time - when) < 1e-9
+    assert not motion(np.array([when - 1e-6]))[0].any() and motion.final[1] > 0.0
+
+
+@pytest.mark.parametrize(("ratios", "speeds"), [((1.5, 1.3), (0.1, 0.3)), ((1.5, 1.3), (0.3, 0.1)), ((1.0, 1.3), (0.3, -0.2))])
+def test_on_belts_of_two_speeds_one_holds_against_the_slip_of_the_other(ratios, speeds):
+    """Held by the faster belt at last; the slower one pulls back with its friction of slip: break-away at Fs + Fk."""
+    frictions = (1.0, 2.0)
+    fast, slow = int(np.argmax(speeds)), int(np.argmin(speeds))
+    limit = frictions[fast] * ratios[fast] + frictions[slow]
+    system = bf.System(1.0, 0.0, 0.0, [HarmonicForce(6.0, phase=-0.5 * np.pi), *(
+        Coulomb(F, static_ratio=r, belt_speed=s) for F, r, s in zip(frictions, ratios, speeds, strict=True))], omega=0.01)
+    when = np.arcsin(limit / 6.0) / 0.01
+    motion = bf.simulate(system, (0.0, speeds[slow]), duration=when + 1.0)
+    slip = motion.events[-1]
+    assert slip.kind == "slip" and slip.element == system.labels[1 + fast] and abs(slip.time - when) < 1e-9
+    assert slip.before[1] == pytest.approx(speeds[fast], abs=1e-14)
+
+
+@pytest.mark.parametrize("factor", [-2.0, 0.5, 3.0])
+def test_states_of_rest_lie_within_the_sum(factor):
+    """Of a spring, with a second contact on a multiple of the row: x from -(Fs1 + |f| Fs2)/k to (Fs1 + |f| Fs2)/k."""
+    system = bf.System(1.0, 0.1, 4.0, [Coulomb(0.2, static_ratio=1.5), Coulomb(0.1, static_ratio=1.2, row=(factor,))])
+    edge = (0.3 + abs(factor) * 0.12) / 4.0
+    rest = bf.find_equilibrium(system, (0.0,))
+    assert rest.success
+    ((low, high),) = rest.intervals.values()
+    np.testing.assert_allclose([low, high], [-edge, edge], rtol=1e-12)
+    moves = [bool(bf.simulate(system, (x, 0.0), duration=1.0).final[1]) for x in (0.999 * edge, 1.001 * edge)]
+    assert moves == [False, True]
+
+
+def test_an_orbit_of_multiples_is_that_of_one():
+    """Forced, stick and slip: the second contact on three times the row."""
+    two = bf.find_orbit(one_mass(Coulomb(0.1, static_ratio=1.3), Coulomb(0.1 / 3.0, static_ratio=1.3, row=(-3.0,))))
+    whole = bf.find_orbit(one_mass(Coulomb(0.2, static_ratio=1.3)))
+    assert two.success and len(two.events) == len(whole.events) > 0
+    np.testing.assert_allclose([e.time for e in two.events], [e.time for e in whole.events], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(two.multipliers, whole.multipliers, rtol=0, atol=1e-11)
 
 
 def test_limits_that_differ_by_direction_add_up_by_direction():

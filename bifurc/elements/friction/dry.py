@@ -139,8 +139,9 @@ class Coulomb(OnBelt, LoadedContact):
     """Dry friction with a set-valued law: force -friction load(t) sign(s) while slipping, any force within limits at rest.
 
     Modes: "stick" (the speed of the row is held at zero), "slip+", "slip-" by the sign of the speed, and "apart" while a
-    varying load is negative.  Several contacts under constant load on one row, whose surfaces move alike, stick and slip
-    together: at rest the limits of their static friction add up (`friction.together`), and the first one has the events.
+    varying load is negative.  Several contacts on one row (or on multiples of it) whose loads do not vanish and whose surfaces
+    move alike stick and slip together: at rest the limits of their static friction add up (`friction.together`), and the first one
+    has the events.
 
     Parameters
     ----------
@@ -188,8 +189,13 @@ class Coulomb(OnBelt, LoadedContact):
 
     @property
     def rests_together(self) -> bool:
-        """Whether it comes to rest with others on its row: under a load that does not vary."""
-        return not self.varies
+        """Whether it comes to rest with others on its row: under a load that never vanishes."""
+        return self.load_amplitude is None or abs(self.load_amplitude) < 1.0
+
+    @property
+    def drops(self) -> bool:
+        """Whether static friction is above that of slip."""
+        return self.static_ratio > 1.0 or self.static is not None and self.static > min(self.limits)
 
     @property
     def limits(self) -> tuple[float, float]:

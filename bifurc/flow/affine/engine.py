@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._jit import NOTHING, PAIR, apart, leaf, njit
 from ...compose.tables import ORDER
+from .polynomial import SMALLEST
 from .products import multiply, product
 
 KNOWS_BESIDE = False
@@ -250,7 +251,7 @@ def land(T, m, g, x, hit, out):
 def terms_size(T, m, g, x):
     """Sum of the sizes of the terms of guard ``g`` at ``x`` (nx,)."""
     G = T.G
-    total = 0.0
+    total = SMALLEST
     for c in range(G.shape[2]):
         total += abs(G[m, g, c] * x[c])
     return total

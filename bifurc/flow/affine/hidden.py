@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._jit import WHOLES, apart, leaf, njit
 from ...compose.tables import ORDER
-from .polynomial import EPS
+from .polynomial import EPS, SMALLEST
 
 HIDDEN = ORDER + 1  # order of a zero that no term of the series tells
 ROUNDING = 64.0 * EPS  # of the sum of the terms: values below it are zero
@@ -132,7 +132,7 @@ def hidden(T, m, g, x):
         if weight == 0.0:
             continue
         value += G[m, g, c] * x[c]
-        added = abs(x[c])
+        added = max(abs(x[c]), SMALLEST)
         if c < ns:
             for k in range(nx):
                 added = max(added, F[c, k] * abs(x[k]))

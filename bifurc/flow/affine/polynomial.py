@@ -12,6 +12,7 @@ from ..._jit import NOTHING, NUMBER, apart, leaf
 from ...compose.tables import ORDER
 
 EPS = 2.220446049250313e-16
+SMALLEST = 2.2250738585072014e-308  # number with all its digits: what is smaller rounds like it
 HALVINGS = 40
 SLOPE_ERROR = np.sqrt(3.0) / 216.0
 FALLING = tuple(float(k * (k - 1) * (k - 2) * (k - 3)) for k in range(ORDER + 1))

@@ -18,6 +18,7 @@ from numba.extending import intrinsic
 
 from ..._jit import separate
 from ...compose.tables import TURN
+from ..affine.polynomial import SMALLEST
 from .calls import (
     ALIKE,
     ARRAYS,
@@ -37,7 +38,21 @@ from .calls import (
     WORST,
 )
 from .gauss import NODES, C
-from .nodes import defect, farthest, finish, frequency, largest, prepare, quicken, remembered, spread, taken, wished
+from .nodes import (
+    defect,
+    farthest,
+    finish,
+    frequency,
+    largest,
+    prepare,
+    quicken,
+    remembered,
+    rounding,
+    spread,
+    squarable,
+    taken,
+    wished,
+)
 from .nolaw import (
     ACTING,
     COUNT,
@@ -158,6 +173,7 @@ def solve(motion, m, x, h, f0, stiff, turn, local, room):
     for i in range(n):
         for j in range(NODES):
             a[i, j] = f0[n + i]
+    scale = squarable(n, x, f0, base)
     old, top, noise = np.inf, 0.0, 0.0
     for iteration in range(1, ITERATIONS + 1):
         for i in range(n):
@@ -200,13 +216,13 @@ def solve(motion, m, x, h, f0, stiff, turn, local, room):
                     free[i, j] = new
         change = 0.0
         for i in range(n):
-            change += taken(free, i, a)
+            change += taken(free, i, a, scale)
         change = np.sqrt(change)
         if not (change < np.inf):
             return 0, 0.0
         if iteration == 2:
-            top, noise = largest(n, a), largest(n, q)
-            noise = 2e-15 * (top + stiff * noise)
+            top = largest(n, a)
+            noise = rounding(n, scale, top, stiff, q)
         if iteration < 2:
             old = change
             continue
@@ -365,7 +381,7 @@ def attempt(motion, m, clock, h, fresh, now, moved, ends, turn, local, one, room
         cos, sin = turn[c - ns, NODES], turn[c + 1 - ns, NODES]
         moved[c], moved[c + 1] = cos * now[c] - sin * now[c + 1], cos * now[c + 1] + sin * now[c]
     rate(A, m, LU, LS, LP, law, acts, moved, f1, one)
-    e = defect(n, h, f0, f1, max(top, FLOOR * stiff * largest(n, q)), a)
+    e = defect(n, h, f0, f1, max(top, max(FLOOR * stiff * largest(n, q), (1.0 + stiff) * SMALLEST)), a)
     if not e < np.inf:  # a force that is no number at an end of the step
         return 0, np.inf
     return iterations, e

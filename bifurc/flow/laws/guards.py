@@ -12,7 +12,7 @@ import numpy as np
 from ..._jit import njit
 from ...compose.tables import ORDER
 from ..affine.engine import forcing_rate
-from ..affine.polynomial import EPS, fourth, highest, horner
+from ..affine.polynomial import EPS, SMALLEST, fourth, highest, horner
 from ..chatter import CLOSE, DURATION, EXCESS, WAY
 from .calls import (
     ACTING,
@@ -823,7 +823,7 @@ def curved_hold(T, m, x, P):
 @njit
 def terms_size(T, m, g, x):
     """Sum of the sizes of the terms of guard ``g`` at ``x`` (nx,)."""
-    row, total = np.empty(x.size), 0.0
+    row, total = np.empty(x.size), SMALLEST
     guard_and_gradient(T, m, g, x, row)
     for c in range(x.size):
         total += abs(row[c] * x[c])

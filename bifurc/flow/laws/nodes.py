@@ -5,7 +5,10 @@ They are compiled once on a machine, and linked into what is compiled for a law.
 import numpy as np
 
 from ..._jit import separate
+from ..affine.polynomial import SMALLEST
 from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, WEIGHTS, C
+
+LOW = 2.0**-400  # numbers between it and its inverse have squares
 
 
 @separate
@@ -56,10 +59,30 @@ def finish(x, i, n, h, a):
 
 
 @separate
-def taken(new, i, a):
-    """Put row ``i`` of ``new`` (n, NODES) in the place of that of ``a``; return the sum of the squares of what that changes."""
+def squarable(n, x, f0, base):
+    """Return the power of two in units of which the numbers of a step are so large or small that their squares are numbers too."""
+    top = largest(n, base)
+    for i in range(n):
+        top = max(top, max(max(abs(x[i]), abs(x[n + i])), abs(f0[n + i])))
+    if LOW <= top <= 1.0 / LOW or top == 0.0:
+        return 1.0
+    return LOW if top > 1.0 else 1.0 / LOW if top > LOW * LOW else 1.0 / (LOW * LOW)
+
+
+@separate
+def rounding(n, scale, top, stiff, q):
+    """Return the rounding of accelerations up to ``top`` at places ``q`` (n, NODES), in units of 1 / ``scale``."""
+    return 2e-15 * scale * (top + SMALLEST + stiff * (largest(n, q) + SMALLEST))
+
+
+@separate
+def taken(new, i, a, scale):
+    """Put row ``i`` of ``new`` (n, NODES) in the place of that of ``a``; return the sum of the squares of what that changes, in
+    units of 1 / ``scale``."""
     d0, d1, d2, d3 = new[i, 0] - a[i, 0], new[i, 1] - a[i, 1], new[i, 2] - a[i, 2], new[i, 3] - a[i, 3]
     d4, d5, d6, d7 = new[i, 4] - a[i, 4], new[i, 5] - a[i, 5], new[i, 6] - a[i, 6], new[i, 7] - a[i, 7]
+    d0, d1, d2, d3 = scale * d0, scale * d1, scale * d2, scale * d3
+    d4, d5, d6, d7 = scale * d4, scale * d5, scale * d6, scale * d7
     for j in range(NODES):
         a[i, j] = new[i, j]
     return (d0 * d0 + d1 * d1 + (d2 * d2 + d3 * d3)) + (d4 * d4 + d5 * d5 + (d6 * d6 + d7 * d7))

@@ -22,8 +22,34 @@ def test_the_first_on_a_row_leads_those_that_rest_with_it():
              Coulomb(0.5, belt_speed=0.3, row=(-1.0, 1.0)), Coulomb(0.5, row=(1.0, -1.0)),
              Coulomb(0.5, belt_speed=0.3, row=(2.0, -2.0)))
     assert rules.leaders(belts, 2) == ((0, 1), (0, -1), (2, 1), (3, 1), (4, 1))  # only surfaces that move alike
-    loaded = (Coulomb(0.5, load_amplitude=0.4, load_harmonic=1, load_phase=0.0), Coulomb(0.5), Coulomb(0.2))
-    assert rules.leaders(loaded, 1) == ((0, 1), (1, 1), (1, 1))  # a load that varies lets go by itself
+    loaded = (Coulomb(0.5, load_amplitude=1.4, load_harmonic=1, load_phase=0.0), Coulomb(0.5), Coulomb(0.2))
+    assert rules.leaders(loaded, 1) == ((0, 1), (1, 1), (1, 1))  # a load that vanishes lets go by itself
+    loaded = (Coulomb(0.5, load_amplitude=0.4), Coulomb(0.5), Coulomb(0.2, load_amplitude=-0.9))
+    assert rules.leaders(loaded, 1) == ((0, 1), (0, 1), (0, 1))
+
+
+@pytest.mark.parametrize(("first", "second", "ratio"), [
+    ((1.0, -1.0), (2.0, -2.0), 2.0), ((1.0, -1.0), (-0.5, 0.5), -0.5), ((0.1, 0.3), (0.3, 0.9), 3.0),
+    ((0.1, 0.3), (-1.0 / 30.0, -0.1), -1.0 / 3.0)])
+def test_multiples_of_a_row_are_one_row(first, second, ratio):
+    """On belts whose speeds have the same ratio; a row that is another by more than rounding, or a belt, is none."""
+    one, other = Coulomb(0.5, row=first, belt_speed=0.3), Coulomb(0.2, row=second, belt_speed=0.3 * ratio)
+    (_, (leader, found)) = rules.leaders((one, other), 2)
+    assert leader == 0 and found == pytest.approx(ratio, rel=1e-15)
+    turned = Coulomb(0.2, row=(second[0], second[1] * (1.0 + 1e-14)), belt_speed=0.3 * ratio)
+    assert rules.leaders((one, turned), 2) == rules.leaders((one, Coulomb(0.2, row=second, belt_speed=0.31 * ratio)), 2) \
+        == ((0, 1), (1, 1))
+
+
+def test_two_that_drop_are_refused_where_one_separates():
+    """What both hold has no rule in the modes of one of them; where the force of one is that of slip they need none."""
+    for one, other in ((Coulomb(1.0, static_ratio=1.2, load_amplitude=1.0), Coulomb(1.0, static=1.1)),
+                       (Coulomb(1.0, static=2.0), Coulomb(1.0, static=1.1, load_amplitude=-3.0))):
+        with pytest.raises(ValueError, match="elements 0 and 1 .Coulomb, Coulomb. are on one row .* load_amplitude below 1"):
+            rules.leaders((one, other), 1)
+    kept = (Coulomb(1.0, static_ratio=1.2, load_amplitude=1.0), Coulomb(1.0), Stribeck(static=2.0),
+            Coulomb(1.0, static=1.1, row=(0, 1)))
+    assert rules.leaders(kept, 2) == ((0, 1), (1, 1), (1, 1), (3, 1))
 
 
 def test_keys_change_together_and_run_with_the_rows():
