@@ -88,5 +88,5 @@ def behind(scene: Scene, node: np.ndarray, row: np.ndarray) -> np.ndarray:
     x, after = np.zeros(T.A.shape[2]), np.zeros(T.A.shape[2])
     x[:scene.ns] = row[1:]
     x[scene.ns:] = scene.forcing(np.array([row[0] * (scene.period or 0.0)]))[0]
-    kernels(scene, "bifurc.flow.rule").jump(T, int(node[BEFORE]), int(node[GUARD]), False, x, after, np.empty((scene.ns, x.size)))
+    kernels(scene, "bifurc.flow.rule").jump(T, int(node[BEFORE]), int(node[GUARD]), 0, x, after, np.empty((scene.ns, x.size)))
     return after[:scene.ns]
