@@ -303,8 +303,8 @@ def back_and_forth(r, kick, push, slopes, rests, u, stays, spent):
     the friction of either side, first that of a positive speed; ``rests`` (2,) are slopes at rest on the stop; ``u`` is the
     sliding speed before the first impact, and ``kick`` how it changes where a speed of impact 1 is taken away.
 
-    Behind them the friction is that of side ``stays`` from the first, as in equations that list no turn in what is not listed, or
-    with -1 what the state at rest says: as long as the impacts last it turns once more where it has the wrong speed for its end.
+    At rest the friction turns once more, as long as the impacts last, where the speed that they leave is against that in the end;
+    not where it is that of side ``stays`` from the first, as in equations that list no such turn (-1: it does turn).
     """
     v, total, other = 1.0, 0.0, 0.0
     for _ in range(FLIGHTS):
@@ -340,9 +340,7 @@ def back_and_forth(r, kick, push, slopes, rests, u, stays, spent):
     if v > EPS:
         return False
     side, rest = 0 if u > 0.0 else 1, total  # from the end back to the state at rest that comes to it
-    if stays >= 0:
-        side = stays
-    elif u * (u - rests[side] * total) < 0.0:
+    if side != stays and u * (u - rests[side] * total) < 0.0:
         if not rests[side] * rests[1 - side] > 0.0:
             return False
         rest = u / rests[side]
