@@ -340,7 +340,7 @@ class OrbitProblem(Problem):
         event that meets this instant meets the end of the impacts that are not listed, by which the parameter may be off."""
         if self._chatters and self._released(x):
             return self._incomplete(x, tangent)
-        if not self._chatters or self._resting(x)[1] > FIRST_ORDER * self._unlisted(x):
+        if not self._chatters or self._resting(x)[1] - self._overtaken(x) > self._unlisted(x):
             return 0.0
         beside = [c for sign in (-1.0, 1.0) if (c := self.correct(x + sign * AWAY * self.scale * tangent, tangent)).converged]
         rest = self._resting(x)[1]
