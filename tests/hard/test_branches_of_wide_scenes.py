@@ -143,7 +143,7 @@ def test_an_event_that_meets_the_end_of_a_chattering_is_known_to_what_is_not_lis
         a, b, c = far[0], far[1], far[2]
         limit = a - (b - a)**2 / (c - 2.0 * b + a)
         meets = min(other.special_points, key=lambda point: abs(point.parameter - limit))
-        assert abs(meets.parameter - limit) <= min(meets.error, 3e-8) and meets.error < 5e-6
+        assert abs(meets.parameter - limit) <= meets.error < 1e-5
 
 
 EXACT = 0.45995676454  # +- 1e-12
