@@ -23,9 +23,9 @@ JOINS = 16  # other elements that may join in one event
 def jump(T, m, g, closes, x, xp, P):
     """Write the state after an event into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
-    Where ``closes`` is not 0 the rest of a complete chattering ends here: the state that a plastic impact leaves.  From 2 on it says
-    that the mode of rest is ``closes`` - 2.  With Q the projection along the kick, R = I - (1 + r) Q in the velocities, without
-    rebound I - Q.
+    Where ``closes`` is not 0 the rest of a complete chattering ends here: the state that a plastic impact leaves.  From 2 on it
+    says that the mode of rest is ``closes`` - 2.  With Q the projection along the kick, R = I - (1 + r) Q in the velocities,
+    without rebound I - Q.
     """
     R, ratio = T.R, T.ratio
     ns, nx = P.shape

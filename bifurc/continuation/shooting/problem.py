@@ -695,14 +695,15 @@ class OrbitProblem(Problem):
         return float(self._closing(s.nodes[i], U.reshape(len(s.nodes), -1)[i])[1] * T.flat[0]) / (2.0 * np.pi)
 
     def _overtaken(self, x) -> float:
-        """Return the shortest rest behind a complete chattering at ``x`` (n + 1,) that is one: that of impacts which are not listed,
-        where the last that is listed turns a friction, and the event that ends the rest turns it back; 0 for others."""
+        """Return the shortest rest behind a complete chattering at ``x`` (n + 1,) that is one, forcing periods: the time of impacts
+        that are not listed, where the last that is turns a friction, and the event that ends the rest turns it back; 0 for others.
+        """
         s, i = self.sequence.written_out(x[:-1])[0], self._resting(x)[0]
         (mode, guard), (after, event) = s.nodes[i, :AFTER].tolist(), s.nodes[(i + 1) % len(s.nodes), :AFTER].tolist()
         if event < 0 or self._released(x):
             return 0.0
-        element = self.scene.guard(after, event).element
-        turned = element != self.scene.guard(mode, guard).element and self.scene.keys[mode][element] != self.scene.keys[after][element]
+        element, keys = self.scene.guard(after, event).element, self.scene.keys
+        turned = element != self.scene.guard(mode, guard).element and keys[mode][element] != keys[after][element]
         return self._unlisted(x) if turned else 0.0
 
     def _released(self, x) -> bool:
