@@ -150,7 +150,7 @@ def sequence(T, m, g, x, v, out, found):
     """
     r, h, rest = T.ratio[m, g], T.step[m], T.ends_in[m, g]
     other, slides = flight_mode(T, m, g)
-    found[EXCESS], found[DURATION], found[WAY], found[SPENT] = np.inf, 0.0, 0.0, 0.0
+    found[EXCESS], found[DURATION], found[WAY], found[SPENT], found[TURNS] = np.inf, 0.0, 0.0, 0.0, -1.0
     push = pushed(T, m, g, x, v, out)
     if other < 0 or push <= 0.0:
         return
@@ -198,10 +198,9 @@ def sequence(T, m, g, x, v, out, found):
     share, turns = turning(T, m, g, x, v, out, total * v, other, slides)
     if share > TURNING:
         spent = np.zeros(2)
-        if turns >= 0 and other == m and reversals(T, m, g, turns, x, v, out, spent):
+        if turns >= 0 and other == m and reversals(T, m, g, turns, x, v, out, -1, spent):
             found[SPENT], found[TURNS] = spent[0] * v, turns
-            if spent[0] != 0.0:
-                found[DURATION] = spent[1] * v
+            found[DURATION] = spent[1] * v
         else:
             found[EXCESS] = max(found[EXCESS], share / TURNING)
     if size > 0.0:
@@ -288,13 +287,13 @@ def against(T, m, g, k, x, change):
 
 
 @njit
-def reversals(T, m, g, k, x, v, out, spent):
+def reversals(T, m, g, k, x, v, out, after, spent):
     """Write into ``spent`` (2,) what impacts from the speed 1 do that turn the friction of guard ``k`` of mode ``m``: how much
     longer it acts the other way than it does at rest on the stop, from the same state; and how long they last.  Return whether it
     is known: it is not where the friction sticks.
 
     To first order: in each flight accelerations are those at ``out`` (nx,), the state at rest.  ``x`` (nx,) is that before the
-    first impact, which arrives with the speed ``v``.
+    first impact, which arrives with the speed ``v``; ``after`` the mode of rest, -1 where the speed at once tells it.
     """
     ns, r = T.A.shape[1], T.ratio[m, g]
     f, dw = np.empty(ns), np.empty(x.size - ns)
@@ -313,14 +312,20 @@ def reversals(T, m, g, k, x, v, out, spent):
         field(T, mode, out, f)
         slopes[side] = -guard_rate(T.G[m, k], f, dw)
         rests[side] = slopes[side] + kick * push[side]
-    return back_and_forth(r, kick, push, slopes, rests, u / v, spent)
+    hit = stop_of(T, m, g, c)
+    stays = 0 if after == T.ends_in[m, g] else 1 if hit >= 0 and after == T.ends_in[c, hit] else -1
+    return back_and_forth(r, kick, push, slopes, rests, u / v, stays if after >= 0 else -1, spent)
 
 
 @leaf
-def back_and_forth(r, kick, push, slopes, rests, u, spent):
+def back_and_forth(r, kick, push, slopes, rests, u, stays, spent):
     """As `reversals`, for accelerations ``push`` (2,) toward the stop and ``slopes`` (2,) of the sliding speed, each in flight with
     the friction of either side, first that of a positive speed; ``rests`` (2,) are slopes at rest on the stop; ``u`` is the
-    sliding speed before the first impact, and ``kick`` how it changes where a speed of impact 1 is taken away."""
+    sliding speed before the first impact, and ``kick`` how it changes where a speed of impact 1 is taken away.
+
+    At rest the friction turns once more, as long as the impacts last, where the speed that they leave is against that in the end;
+    not where it is that of side ``stays`` from the first, as in equations that list no such turn (-1: it does turn).
+    """
     v, total, other = 1.0, 0.0, 0.0
     for _ in range(FLIGHTS):
         side = 0 if u > 0.0 else 1
@@ -355,7 +360,7 @@ def back_and_forth(r, kick, push, slopes, rests, u, spent):
     if v > EPS:
         return False
     side, rest = 0 if u > 0.0 else 1, total  # from the end back to the state at rest that comes to it
-    if u * (u - rests[side] * total) < 0.0:
+    if side != stays and u * (u - rests[side] * total) < 0.0:
         if not rests[side] * rests[1 - side] > 0.0:
             return False
         rest = u / rests[side]
@@ -364,19 +369,19 @@ def back_and_forth(r, kick, push, slopes, rests, u, spent):
 
 
 @apart(NOTHING, python=True)
-def turned_back(T, m, g, x, xp, P):
+def turned_back(T, m, g, after, x, xp, P):
     """Change the state ``xp`` (nx,) that a plastic impact leaves, and its derivative ``P`` (ns, nx), into what all impacts leave.
 
     They differ where the impacts turn the friction of another row, see `reversals`.  The time that it spends is v times a function
     of u/v.
     """
-    v, u, found, out, change = 0.0, 0.0, np.zeros(5), np.empty(x.size), np.empty(T.A.shape[1])
+    v, u, found, out, change, spent = 0.0, 0.0, np.zeros(5), np.empty(x.size), np.empty(T.A.shape[1]), np.zeros(2)
     for c in range(x.size):
         v += T.GT[m, g, c, 1] * x[c]
     if not v > 0.0:
         return
     sequence(T, m, g, x, v, out, found)
-    if found[SPENT] == 0.0:
+    if found[TURNS] < 0.0 or not reversals(T, m, g, int(found[TURNS]), x, v, out, after, spent) or spent[0] == 0.0:
         return
     k, near, more, less = int(found[TURNS]), np.empty(x.size), np.zeros(2), np.zeros(2)
     against(T, m, g, k, out, change)
@@ -387,16 +392,16 @@ def turned_back(T, m, g, x, xp, P):
     step = STEP * max(v, abs(u))
     for c in range(x.size):
         near[c] = x[c] + step * T.G[m, k, c] / size
-    if not reversals(T, m, g, k, near, v, out, less):
+    if not reversals(T, m, g, k, near, v, out, after, less):
         return
     for c in range(x.size):
         near[c] = x[c] - step * T.G[m, k, c] / size
-    if not reversals(T, m, g, k, near, v, out, more):
+    if not reversals(T, m, g, k, near, v, out, after, more):
         return
     by_u = (more[0] - less[0]) * v / (2.0 * step)
-    by_v = (found[SPENT] - u * by_u) / v
+    by_v = spent[0] - u * by_u / v
     for c in range(change.size):
-        xp[c] += found[SPENT] * change[c]
+        xp[c] += spent[0] * v * change[c]
         for i in range(x.size):
             P[c, i] += change[c] * (by_v * T.GT[m, g, i, 1] - by_u * T.G[m, k, i])
 

@@ -23,8 +23,9 @@ JOINS = 16  # other elements that may join in one event
 def jump(T, m, g, closes, x, xp, P):
     """Write the state after an event into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
-    With ``closes`` the rest of a complete chattering ends here: the state that a plastic impact leaves.  With Q the projection
-    along the kick, R = I - (1 + r) Q in the velocities, without rebound I - Q.
+    Where ``closes`` is not 0 the rest of a complete chattering ends here: the state that a plastic impact leaves.  From 2 on it
+    says that the mode of rest is ``closes`` - 2.  With Q the projection along the kick, R = I - (1 + r) Q in the velocities,
+    without rebound I - Q.
     """
     R, ratio = T.R, T.ratio
     ns, nx = P.shape
@@ -33,7 +34,7 @@ def jump(T, m, g, closes, x, xp, P):
         total = 0.0
         for c in range(nx):
             r = R[m, g, i, c]
-            if closes and n <= i < 2 * n:
+            if closes > 0 and n <= i < 2 * n:
                 one = 1.0 if i == c else 0.0
                 r = one + (r - one) / (1.0 + ratio[m, g])
             P[i, c] = r
@@ -41,11 +42,11 @@ def jump(T, m, g, closes, x, xp, P):
         xp[i] = total
     for c in range(ns, nx):
         xp[c] = x[c]
-    if closes and T.n_holds[m] > 0 and not undivided(T, m, g):
+    if closes > 0 and T.n_holds[m] > 0 and not undivided(T, m, g):
         stilled(T, m, g, x, xp, P)
-    elif closes and T.n_guards[m] > 1:
-        turned_back(T, m, g, x, xp, P)
-    curved_jump(T, m, g, closes, x, xp, P)
+    elif closes > 0 and T.n_guards[m] > 1:
+        turned_back(T, m, g, closes - 2, x, xp, P)
+    curved_jump(T, m, g, closes > 0, x, xp, P)
 
 
 @leaf

@@ -92,7 +92,7 @@ def order_gap(scene, mode: int, first: int, second: int, x, tolerance: float = 1
         total = np.eye(ns)
         for g in order:
             P, S, z, when = np.empty((ns, y.size)), np.empty((ns, ns)), np.empty(y.size), np.empty(ns)
-            jump(T, mode, g, False, y, z, P)
+            jump(T, mode, g, 0, y, z, P)
             saltation(T, mode, g, mode, y, z, P, when, S)
             total = S @ total
             y = z

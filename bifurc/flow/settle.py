@@ -60,7 +60,7 @@ class Rule:
     def jump(self, m: int, g: int, x) -> tuple[np.ndarray, np.ndarray]:
         """Return the state (nx,) after an event and its derivative (ns, nx) in the state before."""
         xp, P = np.empty(x.size), np.empty((self.scene.ns, x.size))
-        self._rule.jump(self.scene.tables, m, g, False, x, xp, P)
+        self._rule.jump(self.scene.tables, m, g, 0, x, xp, P)
         return xp, P
 
     def jumped(self, m: int, g: int, x, arrive: float) -> np.ndarray:

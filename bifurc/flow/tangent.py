@@ -52,7 +52,7 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
             for c in range(ns):
                 x[c] = before[e, c]
             forcing(T, times[e], x)
-            jump(T, m, g, rows[e, 3] == CHATTER, x, xp, P)
+            jump(T, m, g, 1 if rows[e, 3] == CHATTER else 0, x, xp, P)
             for c in range(ns):
                 xp[c] = after[e, c]
             if e == i + 1:

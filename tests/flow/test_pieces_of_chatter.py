@@ -45,7 +45,7 @@ def test_impacts_that_turn_a_friction_are_those_written_out(r, kick, push, slope
     if rests[0] * rests[1] <= 0.0:
         rests = np.array([0.3, 0.5])
     total, other, last = bounced(r, kick, push, slopes, u)
-    assert plain(chatter.back_and_forth)(r, kick, push, slopes, rests, u, spent)
+    assert plain(chatter.back_and_forth)(r, kick, push, slopes, rests, u, -1, spent)
     side = 0 if last > 0.0 else 1
     ago, way = total, last  # back from the end at rest, where the other friction acted before the speed was zero
     before = 0.0
@@ -54,6 +54,10 @@ def test_impacts_that_turn_a_friction_are_those_written_out(r, kick, push, slope
         ago, before = back, total - back
     assert spent[1] == pytest.approx(total, abs=1e-9)
     assert spent[0] == pytest.approx(other - (ago if side == 1 else before), abs=1e-9)
+    turned = spent[0]
+    for stays in (0, 1):  # the mode of rest is known: where it is that of the end nothing turns in it
+        assert plain(chatter.back_and_forth)(r, kick, push, slopes, rests, u, stays, spent)
+        assert spent == pytest.approx([other - side * total if stays == side else turned, total], abs=1e-9)
 
 
 @pytest.mark.parametrize("push, slopes, rests, u", [
@@ -63,7 +67,7 @@ def test_impacts_that_turn_a_friction_are_those_written_out(r, kick, push, slope
     ((1.0, 1.0), (0.4, 1.7), (9.0, -0.2), 0.4), ((1.0, 1.0), (0.4, 1.7), (9.0, 0.0), 0.4)])  # it sticks at rest
 def test_frictions_that_stick_are_not_known(push, slopes, rests, u):
     def known(push, slopes, rests):
-        return plain(chatter.back_and_forth)(0.5, -0.6, *map(np.array, (push, slopes, rests)), u, np.empty(2))
+        return plain(chatter.back_and_forth)(0.5, -0.6, *map(np.array, (push, slopes, rests)), u, -1, np.empty(2))
 
     assert known((1.0, 1.0), (0.4, 1.7), (9.0, 9.0)) and not known(push, slopes, rests)
 
@@ -120,7 +124,7 @@ def test_a_friction_that_turned_leaves_a_change_of_its_time(rng):
     def sequence(T_, m, g, z, v, out, found):
         found[SPENT], found[TURNS] = v * np.sin(ratio(z)), 0
 
-    def reversals(T_, m, g, k, near, v, out, spent):
+    def reversals(T_, m, g, k, near, v, out, after, spent):
         assert (m, g, k) == (1, 1, 0)
         spent[0] = np.sin(-(T.G[1, 0] @ near) / v)
         return known
@@ -132,14 +136,14 @@ def test_a_friction_that_turned_leaves_a_change_of_its_time(rng):
 
     def left(z):
         xp = np.zeros(8)
-        turned(T, 1, 1, z, xp, np.zeros((5, 8)))
+        turned(T, 1, 1, -1, z, xp, np.zeros((5, 8)))
         return xp[:5]
 
     known = True
     v = T.GT[1, 1, :, 1] @ x
     assert left(x) == pytest.approx(v * np.sin(ratio(x)) * change, rel=1e-12)
     P = np.zeros((5, 8))
-    turned(T, 1, 1, x, np.zeros(8), P)
+    turned(T, 1, 1, -1, x, np.zeros(8), P)
     assert P == pytest.approx(differences(left, x), abs=1e-6)
     assert not left(-x).any()  # it leaves the stop
     known = False

@@ -40,6 +40,7 @@ class Touching(Condition):
         self.mode, self.guard = int(item[1]), int(item[2])
         self.first = np.array(x, float), float(item[0])  # point (u, a) (n + 1,) of the curve, time of the touch (periods)
         self.latest: deque = deque(maxlen=REMEMBERED)
+        self.passed = passed(problem, self.first[0], self.first[1])
         self.constant = self.varies(problem, x) <= ALIKE
 
     def varies(self, problem, x) -> float:
@@ -78,7 +79,10 @@ class Touching(Condition):
 
     def reached(self, family, x) -> None:
         """See `Condition.reached`."""
-        self.latest.append((x[:-1].copy(), self.top(family.at(float(x[-1])), x[:-1])[1]))
+        problem = family.at(float(x[-1]))
+        _, tau = self.top(problem, x[:-1])
+        if self.constant or float(self.series(problem, x[:-1], tau)[2]) < 0.0:  # a least value of the guard is another one
+            self.latest.append((x[:-1].copy(), tau))
 
     def instants(self, problem, x) -> np.ndarray:
         """See `Condition.instants`: the touch is one of them."""
@@ -134,7 +138,8 @@ class Touching(Condition):
             tau += move / period
             if abs(move) < 1e-3 * reach:
                 break
-        return float(np.polynomial.polynomial.polyval(move, a)) / self.size(problem, x, tau), tau
+        value = float(np.polynomial.polynomial.polyval(move, a)) / self.size(problem, x, tau)
+        return (value if passed(problem, x, tau) == self.passed else math.nan), tau  # behind another event it is another guard
 
     def apex(self, problem, x, tau) -> float:
         """Return the acceleration of the guard at its top ``tau`` (periods).
@@ -176,6 +181,14 @@ class Touching(Condition):
             return values + [math.nan] * POWERS
         found = powers(E, h, B, POWERS)[0] / (size * float(np.linalg.norm(B)))
         return values + found.tolist() + [math.nan] * (POWERS - found.size)
+
+
+def passed(problem, x, tau) -> int:
+    """Return how many listed events of the orbit at ``x`` (n + 1,), from one of them on, come before ``tau`` (periods)."""
+    s = problem.sequence
+    if not s.events or not s.span:
+        return 0
+    return int(np.floor((tau - np.reshape(x[:-1], (len(s.nodes), -1))[:, 0]) / s.span).sum())
 
 
 def stationary(a, reach) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...compose.writer import kernels
 from ...orbits.shooting import sequence
-from ...orbits.shooting.sequence import AFTER, BEFORE, ENDING, FOREVER, GUARD, STARTS
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, ENDING, FOREVER, GUARD, STARTS
 from ...orbits.shooting.signature import Signature, divided
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
@@ -123,7 +123,7 @@ def returning(scene, numbers, mode, guard, other, target, owner, x):
     if other >= len(numbers.n_guards):
         numbers = scene.tables  # of a mode that the branch has not met yet
     after = np.empty(x.size)
-    kernels(scene, "bifurc.flow.rule").jump(numbers, mode, guard, False, x, after, np.empty((scene.ns, x.size)))
+    kernels(scene, "bifurc.flow.rule").jump(numbers, mode, guard, 0, x, after, np.empty((scene.ns, x.size)))
     for back in scene.guards_of(other, owner):
         T = scene.expand(other, back)
         row = numbers.G[other, back]
@@ -182,6 +182,7 @@ def begun_beyond(problem, x):
         return None
     nodes = [node[:ENDING].copy() for node in s.nodes]
     nodes[at][AFTER] = born[1][BEFORE]
+    born[1][CLOSES] = 2 if nodes[at][CLOSES] == 2 else 0  # in a flight of a chattering, as that which begins it
     nodes.insert(at + 1, np.array(born[1], np.int64))
     signature = Signature(divided(scene, np.array(nodes), problem.tables_at(x[-1]), s.closure), np.zeros(len(nodes)), s.span,
                           s.closure)

@@ -5,7 +5,7 @@ largest displacement is that of an event (an impact at the stop), it is one of t
 """
 import numpy as np
 
-from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
+from ...orbits.shooting.sequence import AFTER, BEFORE, GUARD, closed_in
 
 SAMPLES = 96  # a period, among which a top is looked for
 TURNS = 30  # of Newton's method on its speed
@@ -111,7 +111,7 @@ def arc_row(e, T, whole, U, i: int, t: float, dof: int) -> np.ndarray:
     e.kernel.forcing(T, U[base] * period, before)
     e.kernel.forcing_rate(T, before, dw)
     node = whole.nodes[i]
-    e.kernel.reset(T, int(node[BEFORE]), int(node[GUARD]), int(node[CLOSES]), before, after, P)
+    e.kernel.reset(T, int(node[BEFORE]), int(node[GUARD]), closed_in.py_func(node), before, after, P)
     f, y, Phi = np.empty(ns), np.empty(ns), np.empty((ns, ns))
     e.kernel.field(T, int(node[AFTER]), after, f)
     e.kernel.arc(T, int(node[AFTER]), after, t, y, Phi)

@@ -284,7 +284,7 @@ class OrbitProblem(Problem):
         if self._refusal:
             values.append(max(self._refusal.worst(x), NO_PEAK))
         if self._chatters:
-            values.append(-info[sequence.RESTS])
+            values.append(self._overtaken(x) - info[sequence.RESTS])
             values.append(self._closure(x))
         if self._halves is not None:
             values.append(-float(np.dot(self._halves[0], x)) - self._halves[1])
@@ -348,7 +348,7 @@ class OrbitProblem(Problem):
         event that meets this instant meets the end of the impacts that are not listed, by which the parameter may be off."""
         if self._chatters and self._released(x):
             return self._incomplete(x, tangent)
-        if not self._chatters or self._resting(x)[1] > self._unlisted(x):
+        if not self._chatters or self._resting(x)[1] - self._overtaken(x) > self._unlisted(x):
             return 0.0
         beside = [c for sign in (-1.0, 1.0) if (c := self.correct(x + sign * AWAY * self.scale * tangent, tangent)).converged]
         rest = self._resting(x)[1]
@@ -701,6 +701,18 @@ class OrbitProblem(Problem):
         forcing periods."""
         (s, U), i, T = self.sequence.written_out(x[:-1]), self._resting(x)[0], self.equations.numbers_at(float(x[-1]))
         return float(self._closing(s.nodes[i], U.reshape(len(s.nodes), -1)[i])[1] * T.flat[0]) / (2.0 * np.pi)
+
+    def _overtaken(self, x) -> float:
+        """Return the shortest rest behind a complete chattering at ``x`` (n + 1,) that is one, forcing periods: the time of impacts
+        that are not listed, where the last that is turns a friction, and the event that ends the rest turns it back; 0 for others.
+        """
+        s, i = self.sequence.written_out(x[:-1])[0], self._resting(x)[0]
+        (mode, guard), (after, event) = s.nodes[i, :AFTER].tolist(), s.nodes[(i + 1) % len(s.nodes), :AFTER].tolist()
+        if event < 0 or self._released(x):
+            return 0.0
+        element, keys = self.scene.guard(after, event).element, self.scene.keys
+        turned = element != self.scene.guard(mode, guard).element and keys[mode][element] != keys[after][element]
+        return self._unlisted(x) if turned else 0.0
 
     def _released(self, x) -> bool:
         """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""

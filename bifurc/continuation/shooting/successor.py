@@ -726,12 +726,14 @@ def onto(problem, x):
 
 def at_beginning(problem, x, p: float, through=False):
     """Return the point of a branch near ``x`` (n + 1,) at which its sequence begins to be valid; where it is valid on both
-    sides (as it is ``through`` a change of the equations only), that at the parameter ``p``; or None."""
+    sides (as it is ``through`` a change of the equations only), or a test that is nearly flat hides the one that is zero there,
+    that at the parameter ``p``; or None."""
     at = None if through else _first_valid(problem, x, p)
     if at is not None:
         return at
     c = at_parameter(problem, x, p)
-    return c.x if c is not None and inside(problem, c) else None
+    valid = c is not None and allowed(problem, c.p) and all(c.monitors[k] <= VALID for k in boundaries(problem))
+    return c.x if valid and (not through or inside(problem, c)) else None
 
 
 def at_parameter(problem, x, p: float):

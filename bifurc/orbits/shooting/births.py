@@ -46,7 +46,7 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
     for q in range(len(orders)):
         terms, shortest = [], []
         for x, _ in samples:
-            rule.jump(T, before, guard, False, x, y, P)
+            rule.jump(T, before, guard, 0, x, y, P)
             terms_of(T, after, q, y, np.abs(y), a, size)
             terms.append(a[:MOST + 1].copy())
             shortest.append(fastest(field, y))

@@ -21,7 +21,8 @@ def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=
     Events that another one makes, as an impact does, stay behind it.  ``span`` and ``clock`` are those of a `Signature`; where the
     span is known the first node begins an instant.
     """
-    nodes, rows = without_implied(scene, nodes, np.reshape(U, (len(nodes), -1)).copy(), span)
+    nodes, rows = over(scene, nodes, np.reshape(U, (len(nodes), -1)).copy(), span)
+    nodes, rows = without_implied(scene, nodes, rows, span)
     first = next((k for k, node in enumerate(nodes) if node[DIVIDE] != TOGETHER), 0) if span else 0
     rows[:first, 0] += span
     nodes, rows = np.roll(nodes, -first, axis=0), np.roll(rows, -first, axis=0)
@@ -35,6 +36,31 @@ def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=
                 nodes, changed = made, True
                 rows[k, 1:] = behind(scene, nodes[k - 1], rows[k - 1])
     return Signature(nodes, np.zeros(len(nodes)), span, clock=clock), rows.ravel()
+
+
+def over(scene: Scene, nodes: np.ndarray, rows: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and unknowns (m, 1 + ns) without a turn of friction behind a complete chattering, whose last listed impact turns
+    it, that comes before the impacts are over that are not listed: some of those turn it back and forth, the rest has none."""
+    T = scene.tables
+    for k in np.flatnonzero(nodes[:, CLOSES] == 1).tolist() if len(nodes) > 1 else ():
+        later = (k + 1) % len(nodes)
+        (mode, guard, during), (event, after) = nodes[k, :DIVIDE].tolist(), nodes[later, GUARD:DIVIDE].tolist()
+        if event < 0 or nodes[later, CLOSES] or nodes[later, DIVIDE] == TOGETHER:
+            continue
+        element, stop = scene.guard(during, event).element, scene.guard(mode, guard).element
+        keys = [scene.keys[one][element] for one in (mode, during, after)]
+        if element == stop or keys[0] != keys[2] or keys[0] == keys[1]:
+            continue
+        period = 2.0 * np.pi / T.flat[0] if span else 1.0
+        z = np.append(rows[k, 1:], scene.forcing(rows[k, :1] * period)[0])
+        speed = float(T.GT[mode, guard, :, 1] @ z)
+        wait = (rows[later, 0] - rows[k, 0] + (span if later == 0 else 0.0)) * period
+        closure = kernels(scene, "bifurc.flow.chatter").closure
+        if speed > 0.0 and 0.0 <= wait <= closure(T, mode, guard, z, speed, np.empty(z.size))[1]:
+            plain = nodes[:, :ENDING].copy()
+            plain[k, AFTER] = after
+            return over(scene, divided(scene, np.delete(plain, later, axis=0)), np.delete(rows, later, axis=0), span)
+    return nodes, rows
 
 
 def without_implied(scene: Scene, nodes: np.ndarray, rows: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray]:
@@ -88,5 +114,5 @@ def behind(scene: Scene, node: np.ndarray, row: np.ndarray) -> np.ndarray:
     x, after = np.zeros(T.A.shape[2]), np.zeros(T.A.shape[2])
     x[:scene.ns] = row[1:]
     x[scene.ns:] = scene.forcing(np.array([row[0] * (scene.period or 0.0)]))[0]
-    kernels(scene, "bifurc.flow.rule").jump(T, int(node[BEFORE]), int(node[GUARD]), False, x, after, np.empty((scene.ns, x.size)))
+    kernels(scene, "bifurc.flow.rule").jump(T, int(node[BEFORE]), int(node[GUARD]), 0, x, after, np.empty((scene.ns, x.size)))
     return after[:scene.ns]

@@ -12,7 +12,7 @@ from ...flow.affine.polynomial import highest
 from ...flow.affine.products import premultiply
 from ...flow.dense import sample
 from ...flow.saltation import joined, saltation
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER, reset
+from .sequence import AFTER, BEFORE, DIVIDE, GUARD, TOGETHER, closed_in, reset
 
 _ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = tuple(0.5 * (_ROOTS + 1.0)), tuple(0.5 * _FACTORS)  # on (0, 1)
@@ -27,7 +27,7 @@ def start_of(T, nodes, U, i, P, x):
     for c in range(ns):
         y[c] = U[base + 1 + c]
     forcing(T, U[base] * 2.0 * np.pi / T.flat[0], y)
-    reset(T, nodes[i, BEFORE], nodes[i, GUARD], nodes[i, CLOSES], y, x, P)
+    reset(T, nodes[i, BEFORE], nodes[i, GUARD], closed_in(nodes[i]), y, x, P)
 
 
 @both

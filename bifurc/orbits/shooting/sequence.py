@@ -44,7 +44,7 @@ from ...flow.affine.engine import (
     guard_value,
 )
 from ...flow.affine.peak import segment_peak
-from ...flow.chatter import multiple
+from ...flow.chatter import closure, multiple
 from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
 from ...solve.steplaw import lowest
@@ -140,17 +140,23 @@ def set_numbers(T, index, series, low, high, value):
         flat[index[k]] = number if abs(number) > 2.2e-16 * abs(series[k, 0]) else 0.0
 
 
+@njit
+def closed_in(node):
+    """Return what `flow.rule.jump` asks of a node: whether a complete chattering ends with it, and in which mode it rests."""
+    return 2 + node[AFTER] if node[CLOSES] == 1 else 0
+
+
 @apart(NOTHING, python=True)
 def reset(T, m, g, closes, x, xp, P):
     """Write the state behind a node into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
-    An event jumps; before it, and at a section, what is held is put on its surface and to rest: rows that are held all period are
-    no unknowns of the orbit.
+    An event jumps (``closes``: see `flow.rule.jump`); before it, and at a section, what is held is put on its surface and to rest:
+    rows that are held all period are no unknowns of the orbit.
     """
     ns, nx = P.shape
     if T.n_holds[m] == 0:
         if g >= 0:
-            jump(T, m, g, closes == 1, x, xp, P)
+            jump(T, m, g, closes, x, xp, P)
             return
         for i in range(ns):
             for c in range(nx):
@@ -176,7 +182,7 @@ def reset(T, m, g, closes, x, xp, P):
         xp[:] = held
         curved_hold(T, m, xp, P)
         return
-    jump(T, m, g, closes == 1, held, xp, P)
+    jump(T, m, g, closes, held, xp, P)
     row = np.empty(nx)
     for i in range(ns):
         for c in range(nx):
@@ -303,7 +309,7 @@ def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
                     J[base, base + 1 + c] += row[c] / scale
                 for k in range(1, nx - ns):
                     J[base, base] += row[ns + k] * dw[k] * period / scale
-        reset(T, before, g, nodes[i, CLOSES], x, xp, P)
+        reset(T, before, g, closed_in(nodes[i]), x, xp, P)
         for c in range(ns if want > 0.0 else 0):
             rate = 0.0
             for k in range(1, nx - ns):
@@ -469,7 +475,7 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             speed = measure(T, nodes, span, U, weights, i, x, f, dw, row)
             if speed < info[LISTED]:
                 info[LISTED], info[LISTED_AT] = speed, i
-        reset(T, before, g, nodes[i, CLOSES], x, xp, P)
+        reset(T, before, g, closed_in(nodes[i]), x, xp, P)
         last = i == count - 1
         nxt = 0 if last else i + 1
         s = (U[nxt * size] + (span if last else 0.0) - tau) * period
@@ -502,6 +508,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             value, at = segment_peak(T, after, q, xp, s, listed, abs(start))
             if starts_beyond(T, nodes, i, q, xp, listed, a):
                 first = guard_value(T, after, q, xp)
+                if nodes[i, CLOSES] == 1:
+                    first = at_rest(T, nodes[i], after, q, U[i * size:(i + 1) * size], xp, first, x, f, dw, row)
                 if first > value:
                     value, at = first, 0.0
             value /= scale
@@ -509,6 +517,27 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             info[kind] = max(info[kind], value)
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@apart(NUMBER)
+def at_rest(T, node, mode, q, place, xp, first, x, f, dw, row):
+    """Value of guard ``q`` of a mode of rest when the impacts are over that the closing ``node`` of a complete chattering does not
+    list, where it is ``first`` at the state ``xp`` (nx,) that they leave: they last a while, and are no rest yet.
+
+    ``place`` (1 + ns,) are time and state of the node; ``x`` and ``row`` (nx,), ``f`` (ns,) and ``dw`` (nx - ns,) are room.
+    """
+    before, g, ns = node[BEFORE], node[GUARD], f.size
+    for c in range(ns):
+        x[c] = place[1 + c]
+    forcing(T, place[0] * 2.0 * np.pi / T.flat[0], x)
+    field(T, before, x, f)
+    forcing_rate(T, x, dw)
+    guard_gradient(T, before, g, x, row)
+    _, lasts_for = closure(T, before, g, x, guard_rate(row, f, dw), np.empty(x.size))
+    field(T, mode, xp, f)
+    forcing_rate(T, xp, dw)
+    guard_gradient(T, mode, q, xp, row)
+    return first + min(lasts_for * guard_rate(row, f, dw), 0.0)
 
 
 @njit

@@ -469,7 +469,7 @@ def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
     """
     P = np.empty((T.A.shape[1], T.A.shape[2]))
     x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
-    kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
+    kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, 0, x, np.empty(x.size), P)
     unit = np.eye(*P.shape)
     return cancelled(P, unit + np.abs(P - unit))
 

@@ -60,7 +60,6 @@ def test_a_curve_of_stick_onsets_ends_where_a_touch_begins():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=False, reason="on some processors the end is called `ds_min`, not a point of codimension two: open")
 def test_a_curve_forgets_the_steps_that_failed():
     """Where the window closes, one way, steps fail; the other way the curve goes on to the points of separate branches."""
     kind = "stick_onset"

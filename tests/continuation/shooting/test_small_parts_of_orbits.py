@@ -71,7 +71,7 @@ def test_the_top_of_an_arc_moves_with_the_time_and_state_of_its_node():
         dw[:] = [0.0, -W * x[4], W * x[3]]
 
     def reset(T_, mode, guard, closes, before, after, out):
-        assert (mode, guard, closes) == (4, 2, 1)
+        assert (mode, guard, closes) == (4, 2, 3)  # it closes, and rests in mode 1
         after[:2], after[2:], out[:] = P @ before, before[2:], P
 
     def field(T_, mode, x, f):
