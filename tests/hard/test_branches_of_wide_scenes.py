@@ -154,5 +154,5 @@ def test_the_last_change_before_an_accumulation_is_within_its_stated_error():
     branch, others = traced_with_others("stop_and_friction", 61016, (2, 103, 105, -3))
     for other in (branch, *others):
         point = min(other.special_points, key=lambda point: abs(point.parameter - EXACT))  # one branch finds a further one
-        assert abs(point.parameter - EXACT) <= point.error < 1e-9
+        assert abs(point.parameter - EXACT) <= point.error < 1e-8  # known least where steps begin 7e-6 beside it
         assert min(end.p for end in other.ends) > EXACT - 1e-7 and other.audit.ok
