@@ -603,7 +603,7 @@ def number_error(part, c, root, j, length):
     test ``j``: an error which neighbouring points share, so that probes do not show it.
 
     The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero: an answer far
-    out of proportion tells nothing, and that to the opposite change is asked.  What different changes do adds up.
+    out of proportion tells nothing, and that to the opposite change is asked.
     """
     size, pairs = part.problem.shaken()
     found = 0.0
@@ -612,7 +612,7 @@ def number_error(part, c, root, j, length):
             made = make().correct(c.x, c.tangent)
             late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope if made.converged else math.inf
             if abs(late) < LATE:
-                found += abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1]))
+                found = max(found, abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
                 break
     return FLOW / size * found
 
