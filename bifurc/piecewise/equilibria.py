@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..checks import SYSTEM, checked
+from ..content import Content
 from ..elements.automaton import Automaton
 from ..elements.local import Frame
 from ..system import System
@@ -22,7 +23,7 @@ class Rows(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PiecewiseEquilibrium:
+class PiecewiseEquilibrium(Content):
     """A state in which the field of a mode vanishes.
 
     Parameters

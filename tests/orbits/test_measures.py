@@ -352,7 +352,8 @@ def test_which_values_at_the_start_of_an_interval_are_conditions():
         nodes = np.zeros((1, STARTS + 2), np.int64)
         nodes[0, :3], nodes[0, STARTS + 1] = (0, guard, 1), trivial
         G = np.array([[[3.0, 0.0], [1.0, 0.2]], [[4.0, 0.0], row]])
-        T = SimpleNamespace(kick=np.array([[kick, 0], [0, surface]]), n_holds=np.array(holds), n_guards=np.array([2, 2]),
+        T = SimpleNamespace(LP=np.zeros((1, 1, 2)), kick=np.array([[kick, 0], [0, surface]]),
+                            n_holds=np.array(holds), n_guards=np.array([2, 2]),
                             H=np.array([np.eye(2, 3), np.eye(2, 3)[::-1 if other else 1]]), element=np.array([[0, 1], [0, 1]]), G=G)
         return bool(plain(sequence.starts_beyond, guard_series=series)(T, nodes, 0, 1, np.zeros(3), listed, np.zeros(4)))
     assert condition(kick=1) and condition(holds=(0, 1)) and condition(holds=(2, 1)) and condition(holds=(1, 1), other=True)
