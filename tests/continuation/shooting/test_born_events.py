@@ -193,6 +193,7 @@ def test_the_sequence_of_a_simulated_period_begins_behind_its_longest_interval()
                             _whole=(SimpleNamespace(span=2.0, clock=0.0),))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(successor, "mark_trains", lambda nodes, speeds: None)
+        patch.setattr(instants, "over", lambda scene, nodes, rows, span: (nodes, rows))
         signature, unknowns = successor.sequence_of(orbit, SimpleNamespace(recorded=R), 1.0)
     rows = unknowns.reshape(-1, 3)  # gaps are .8, .8 and .4: the first of the longest lies before the second event
     assert rows[:, 0].tolist() == pytest.approx([0.1, 0.9, 1.3]) and rows[:, 1].tolist() == [3.0, 5.0, 1.0]
