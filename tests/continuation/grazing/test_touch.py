@@ -197,8 +197,9 @@ def test_which_top_is_followed_is_told_by_the_latest_points_of_the_curve():
     """Two tops of one motion: the nearest point of the curve, in scaled unknowns, says which is meant."""
     condition = object.__new__(Touching)
     tables = SimpleNamespace(flat=np.array([2.0 * np.pi]), step=np.array([0.1]))
-    problem = SimpleNamespace(scale=np.array([1.0, 100.0]), equations=SimpleNamespace(numbers_at=lambda p: tables))
-    condition.mode, condition.constant, asked = 0, False, []
+    problem = SimpleNamespace(scale=np.array([1.0, 100.0]), equations=SimpleNamespace(numbers_at=lambda p: tables),
+                              sequence=SimpleNamespace(events=0, span=1.0))
+    condition.mode, condition.constant, condition.passed, asked = 0, False, 0, []
     condition.series = lambda problem, x, tau: asked.append(tau) or np.array([0.5, 0.0, -1.0])
     condition.size = lambda problem, x, tau: 2.0
     condition.first, condition.latest = (np.array([0.0, 0.0]), 0.1), [(np.array([0.5, 10.0]), 0.4), (np.array([1.0, 20.0]), 0.7)]
