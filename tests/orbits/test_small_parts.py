@@ -108,11 +108,11 @@ def test_tests_that_stand_in_numbers_of_an_orbit():
 
 def test_the_start_of_an_arc_is_that_behind_its_node():
     nodes, U = np.array([[0] * 5, [0] * 5]), np.array([9.0, 9.0, 9.0, 0.25, 3.0, 4.0])
-    nodes[1, [sequence.BEFORE, sequence.GUARD, sequence.CLOSES]] = 5, 6, 7
+    nodes[1, [sequence.BEFORE, sequence.GUARD, sequence.AFTER, sequence.CLOSES]] = 5, 6, 3, 1
     T, told = SimpleNamespace(A=np.zeros((1, 2, 3)), flat=np.array([np.pi])), []
     plain(motion.start_of, forcing=lambda T_, t, y: y.__setitem__(2, t),
           reset=lambda T_, m, g, closes, y, x, P: told.append((m, g, closes, y.tolist(), x, P)))(T, nodes, U, 1, "P", "x")
-    assert told == [(5, 6, 7, [3.0, 4.0, 0.5], "x", "P")]
+    assert told == [(5, 6, 2 + 3, [3.0, 4.0, 0.5], "x", "P")]  # a complete chattering that rests in mode 3
 
 
 def test_rows_that_are_combinations_of_others(rng):
