@@ -2,37 +2,13 @@
 
 It sits on no coordinate: a system of first order is one without degrees of freedom, with an automaton, see `bifurc.piecewise`.
 """
-from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .element import Element
-from .kinds import EventKind
-from .local import Affine
-from .mode import Guard, Mode, Rate
+from .mode import Mode, Rate
 from .site import Rows
-
-
-@dataclass(frozen=True)
-class Exit:
-    """A condition that ends a mode of an automaton.
-
-    Parameters
-    ----------
-    value : Affine
-        In the states ``z(i)``, constants and harmonics; negative inside.
-    kind : EventKind
-    then : tuple of keys
-        Modes that may follow, in the order in which they are tried.
-    reset : tuple of Affine
-        States after it, affine in those before; empty: nothing changes.
-    """
-
-    value: Affine
-    kind: EventKind
-    then: tuple[Hashable, ...]
-    reset: tuple[Affine, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +21,7 @@ class Automaton(Element):
         Their names.
     rates : tuple of (key, tuple of Affine)
         Mode by mode, the rate of every state.
-    exits : tuple of (key, tuple of Exit)
+    exits : tuple of (key, tuple of Guard)
         Mode by mode, what ends it.
     begins : tuple of keys
         Modes that may hold at a start, in the order in which they are tried.
@@ -82,8 +58,7 @@ class Automaton(Element):
 
     def mode(self, key, core):
         """See `Element`."""
-        guards = tuple(Guard(leave.value, leave.kind, leave.then, reset=leave.reset) for leave in dict(self.exits)[key])
-        return Mode(memory=tuple(map(Rate, dict(self.rates)[key])), guards=guards)
+        return Mode(memory=tuple(map(Rate, dict(self.rates)[key])), guards=dict(self.exits)[key])
 
     @property
     def structure(self):

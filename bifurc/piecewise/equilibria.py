@@ -7,6 +7,7 @@ import numpy as np
 from ..checks import SYSTEM, checked
 from ..content import Content
 from ..elements.automaton import Automaton
+from ..elements.kinds import EventKind
 from ..elements.local import Frame
 from ..system import System
 
@@ -125,7 +126,7 @@ def surfaces_of(automaton: Automaton, rows: Rows) -> np.ndarray:
     n = len(automaton.states)
     frame = Frame(0, n, (), None)
     met = [frame.row(leave.value, {"z": frame.eye}) for _, exits in automaton.exits for leave in exits if rows.key in leave.then
-           and leave.reset and leave.kind == "cross"]
+           and leave.reset and leave.kind is EventKind.CROSS]
     found: list[np.ndarray] = []
     for h in (h / np.linalg.norm(h[:n]) for h in met):
         speed = np.abs(h[:n] @ rows.rates).max()

@@ -3,14 +3,13 @@
 Each number may be a function of the system's parameters: ``AffineField(lambda k, c: [[0, 1], [-k, -c]], [0, 1])``.
 """
 import inspect
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..checks import floats, refused, shown
-from ..elements.local import ONE, Affine
+from ..elements.local import Affine, Frame
 
 
 def frozen(value):
@@ -127,10 +126,8 @@ class Columns:
 
     def __init__(self, n: int, harmonics: tuple[int, ...], omega: float | None):
         self.n, self.harmonics = n, harmonics
-        self.names = [*(("z", i) for i in range(n)), ONE, *((name, k) for k in harmonics for name in ("cos", "sin"))]
-        self.W = np.zeros((len(self.names) - n, len(self.names) - n))  # of the forcing states, w' = W w
-        for i, k in enumerate(harmonics):
-            self.W[1 + 2 * i, 2 + 2 * i], self.W[2 + 2 * i, 1 + 2 * i] = -k * (omega or 0.0), k * (omega or 0.0)
+        frame = Frame(0, n, harmonics, omega)
+        self.names, self.W = [*(("z", i) for i in range(n)), *frame.columns], frame.W
 
     def rate(self, row: np.ndarray, field: np.ndarray) -> np.ndarray:
         """Return the rate (nx,) of an expression ``row`` (nx,) along a ``field`` (n, nx)."""
@@ -147,9 +144,11 @@ class Columns:
         return tuple(map(self.expression, rows))
 
 
-def function_or(kind: str, value) -> Callable | Any:
-    """Return ``value`` where it is what it should be; say what is missing where it is a plain function."""
+def affine(owner: str, name: str, value, kind: type):
+    """Return ``value`` where it is an affine expression of a kind, or raise ValueError."""
     if callable(value):
-        raise ValueError(f"{kind}: {shown(value)} is not allowed; fields, surfaces and resets are affine so far: give an "
-                         "AffineField, AffineSurface or AffineReset, whose numbers may be functions of the parameters")
+        raise ValueError(f"{owner}: {name} = {shown(value)} is not allowed; fields, surfaces and resets are affine so far: give an "
+                         f"{kind.__name__}, whose numbers may be functions of the parameters")
+    if not isinstance(value, kind):
+        raise refused(owner, name, value, f"an {kind.__name__}")
     return value

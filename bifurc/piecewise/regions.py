@@ -12,8 +12,9 @@ import itertools
 
 import numpy as np
 
-from ..elements.automaton import Automaton, Exit
+from ..elements.automaton import Automaton
 from ..elements.kinds import EventKind
+from ..elements.mode import Guard
 
 ZERO = 1e-13  # of the largest of its terms: a difference of two fields that is rounding
 SIDES = "-+"
@@ -49,19 +50,22 @@ class Regions:
             owner, columns, fields, surfaces, switches, names)
         self.jumps = [self.jump(i) for i in range(len(surfaces))]
 
+    def across(self, i: int):
+        """Yield the sides below surface ``i``, the field there, and that above it (n, nx)."""
+        for sides, below in self.fields.items():
+            above = self.fields.get(sides[:i] + "+" + sides[i + 1:])
+            if sides[i] == "-" and above is not None:
+                yield sides, below, above
+
     def jump(self, i: int) -> np.ndarray | None:
         """Return half the jump B_i (n,) of the field over surface ``i``, which is the same everywhere; None where a motion that
         meets the surface always crosses it."""
         found, h, n = [], self.surfaces[i], self.columns.n
-        for sides, below in self.fields.items():
-            above = self.fields.get(sides[:i] + "+" + sides[i + 1:])
-            if sides[i] == "-" and above is not None:
-                found.append(above - below)
-                size = np.abs(above).max() + np.abs(below).max()
-                speed = h[:n] @ found[-1]
-                along = h * (speed @ h) / (h @ h)
-                if not self.switches[i].slides or vanishes(speed - along, np.abs(h[:n]).max() * size):
-                    found.pop()  # on the surface the two sides move towards it alike
+        for _, below, above in self.across(i) if self.switches[i].slides else ():
+            speed = h[:n] @ (above - below)
+            along = h * (speed @ h) / (h @ h)
+            if not vanishes(speed - along, np.abs(h[:n]).max() * (np.abs(above).max() + np.abs(below).max())):
+                found.append(above - below)  # else on the surface the two sides move towards it alike
         if not found:
             return None
         size = max(np.abs(field).max() for field in self.fields.values())
@@ -102,9 +106,9 @@ class Regions:
         modes = self.modes()
         known = {sides: self.names.get(sides, sides) for sides, _, _ in modes}
         rates, final = [], []
-        exits: list[tuple[str, tuple[Exit, ...]]] = []
+        exits: list[tuple[str, tuple[Guard, ...]]] = []
         for sides, field, controls in modes:
-            ends: list[Exit] = []
+            ends: list[Guard] = []
             on = [i for i, side in enumerate(sides) if side == "0"]
             for i, side in enumerate(sides):
                 if side == "0":
@@ -120,10 +124,7 @@ class Regions:
         for i, h in enumerate(self.surfaces):
             if self.jumps[i] is None or not h[:self.columns.n] @ self.jumps[i] > 0.0:
                 continue
-            for sides, below in self.fields.items():
-                above = self.fields.get(sides[:i] + "+" + sides[i + 1:])
-                if sides[i] == "-" and above is not None:
-                    final.append(self.escaping(i, sides, below, above))
+            final += [self.escaping(i, *pair) for pair in self.across(i)]
         for key, rate, leaves in final:
             rates.append((key, rate))
             exits.append((key, leaves))
@@ -131,7 +132,7 @@ class Regions:
         return Automaton(states=states, rates=tuple(rates), exits=tuple(exits), begins=begins,
                          final=tuple((key, "escaping") for key, _, _ in final))
 
-    def exit(self, row, constant, kind, known, sides, i, way) -> Exit:
+    def exit(self, row, constant, kind, known, sides, i, way) -> Guard:
         """Return what ends a mode through ``row`` (nx,) plus a constant, by the change of side ``i`` to ``way`` or to a slide; what
         slides elsewhere may change at once."""
         value = row.copy()
@@ -140,9 +141,9 @@ class Regions:
         others = ["".join(other) for own in first for other in itertools.product(
             *("0-+" if side == "0" and k != i else own[k] for k, side in enumerate(sides)))]
         then = tuple(known[other] for other in dict.fromkeys((*first, *others)) if other in known and other != sides)
-        return Exit(self.columns.expression(value), kind, then, self.projected(sides, i) if kind is EventKind.CROSS else ())
+        return Guard(self.columns.expression(value), kind, then, reset=self.projected(i) if kind is EventKind.CROSS else ())
 
-    def projected(self, sides: str, i: int):
+    def projected(self, i: int):
         """Return the reset that puts a state on surface ``i``, which it has reached: it takes the rounding away.  With hysteresis
         the surface is another one for each side, and nothing slides on it."""
         if self.switches[i].hysteresis is not None:
@@ -156,6 +157,6 @@ class Regions:
         h = self.surfaces[i]
         rows = [h, -h, self.columns.rate(h, below), -self.columns.rate(h, above)]
         others = [self.surfaces[k] * (1.0 if side == "-" else -1.0) for k, side in enumerate(sides) if k != i]
-        ends = tuple(Exit(self.columns.expression(row), EventKind.CROSS, ()) for row in (*rows, *others))
+        ends = tuple(Guard(self.columns.expression(row), EventKind.CROSS, ()) for row in (*rows, *others))
         still = np.zeros((self.columns.n, len(h)))
         return f"escaping {sides[:i]}0{sides[i + 1:]}", self.columns.expressions(still), ends

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import number, refused, shown
-from ..elements.automaton import Automaton, Exit
+from ..elements.automaton import Automaton
 from ..elements.kinds import EventKind
+from ..elements.mode import Guard
 from ..system import System, of_states
-from .fields import AffineField, AffineReset, AffineSurface, Columns, function_or
+from .fields import AffineField, AffineReset, AffineSurface, Columns, affine
 from .regions import SIDES, Regions
 
 TAKEN = ("t", "pi", "omega")
@@ -44,8 +45,7 @@ class Switch:
     hysteresis: tuple[float, float] | None = None
 
     def __post_init__(self):
-        if not isinstance(function_or("Switch", self.surface), AffineSurface):
-            raise refused("Switch", "surface", self.surface, "an AffineSurface")
+        affine("Switch", "surface", self.surface, AffineSurface)
         for name in ("below", "above"):
             if not isinstance(getattr(self, name), str):
                 raise refused("Switch", name, getattr(self, name), "the name of a field")
@@ -101,13 +101,12 @@ class Jump:
     def __post_init__(self):
         if not isinstance(self.mode, str):
             raise refused("Jump", "mode", self.mode, "the name of a mode")
-        if not isinstance(function_or("Jump", self.surface), AffineSurface):
-            raise refused("Jump", "surface", self.surface, "an AffineSurface")
+        affine("Jump", "surface", self.surface, AffineSurface)
         to = (self.to,) if isinstance(self.to, str) else tuple(self.to) if isinstance(self.to, (list, tuple)) else ()
         if not to or not all(isinstance(name, str) for name in to):
             raise refused("Jump", "to", self.to, "the name of a mode, or names of some")
-        if self.reset is not None and not isinstance(function_or("Jump", self.reset), AffineReset):
-            raise refused("Jump", "reset", self.reset, "None or an AffineReset")
+        if self.reset is not None:
+            affine("Jump", "reset", self.reset, AffineReset)
         object.__setattr__(self, "to", to)
 
 
@@ -165,12 +164,12 @@ class Plan:
     def _jumps(self, columns, values) -> Automaton:
         fields, surfaces = self._numbers(columns, values)
         n = len(self.states)
-        exits: dict[str, list[Exit]] = {name: [] for name in fields}
+        exits: dict[str, list[Guard]] = {name: [] for name in fields}
         for i, (rule, h) in enumerate(zip(self.rules, surfaces, strict=True)):
             reset = () if rule.reset is None else columns.expressions(
                 rule.reset.numbers(f"{self.kind}, reset {i}", (n,), n, columns.harmonics, values))
-            exits[rule.mode].append(Exit(columns.expression(h), EventKind.CROSS if rule.reset is None else EventKind.RESET, rule.to,
-                                         reset))
+            kind = EventKind.CROSS if rule.reset is None else EventKind.RESET
+            exits[rule.mode].append(Guard(columns.expression(h), kind, rule.to, reset=reset))
         return Automaton(states=self.states, rates=tuple((name, columns.expressions(field)) for name, field in fields.items()),
                          exits=tuple((name, tuple(ends)) for name, ends in exits.items()), begins=self.start)
 
@@ -193,8 +192,7 @@ def named_fields(kind: str, argument: str, fields) -> dict[str, AffineField]:
     if not isinstance(fields, dict) or not fields or not all(isinstance(name, str) for name in fields):
         raise refused(kind, argument, fields, "a dict of names to AffineField")
     for name, field in fields.items():
-        if not isinstance(function_or(f"{kind}, field {name!r}", field), AffineField):
-            raise refused(kind, f"{argument}[{name!r}]", field, "an AffineField")
+        affine(kind, f"{argument}[{name!r}]", field, AffineField)
     return fields
 
 
@@ -319,8 +317,3 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
         if not isinstance(name, str) or name not in modes:
             raise ValueError(f"{kind}: the mode {shown(name)} has no field; there are {', '.join(map(repr, modes))}")
     return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None), omega, parameters)
-
-
-def automaton_of(system: System) -> Automaton:
-    """Return the automaton of a system of first order."""
-    return next(element for element in system.elements if isinstance(element, Automaton))

@@ -12,7 +12,7 @@ from ...checks import MOVING, checked, like, of, whole
 from .. import style
 from .rotors import draw_rotor, relative, ring_of
 
-_JUMPS = ("impact", "chatter", "reset")  # kinds of event at which a velocity jumps
+_JUMPS = ("impact", "chatter", "reset")  # kinds of event at which a velocity or a state jumps
 
 
 @style.styled
