@@ -60,7 +60,9 @@ def kept(function: Callable[[Any], Any]) -> property:
 
 def copy_of(value: Any) -> Any:
     """Return an array as a copy, a sparse matrix, which may be large, as one that cannot be written; None as it is."""
-    return None if value is None else read_only(value) if hasattr(value, "indptr") else value.copy()
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    return None if value is None else read_only(value)
 
 
 def handed_out(*names: str) -> Callable[[Any], Any]:
@@ -101,13 +103,13 @@ def _compared(kind: Any) -> tuple[str, ...]:
 def read_only(value: Any) -> Any:
     """Return an array as a view that cannot be written, a sparse matrix as one of such, tuples and lists of arrays as tuples of
     such; anything else as it is."""
-    if hasattr(value, "indptr"):
-        parts = read_only((value.data, value.indices, value.indptr))
-        return type(value)(parts, shape=value.shape, copy=False)
     if isinstance(value, np.ndarray):
         view = value.view()
         view.flags.writeable = False
         return view
+    if hasattr(value, "indptr"):
+        parts = read_only((value.data, value.indices, value.indptr))
+        return type(value)(parts, shape=value.shape, copy=False)
     if type(value) in (tuple, list) and any(isinstance(item, np.ndarray) for item in value):
         return tuple(read_only(item) for item in value)
     return value

@@ -292,10 +292,13 @@ class Scene:
         """Return the label of the element that owns a guard."""
         return self.system.labels[self._guards[mode][guard].element]
 
+    @functools.cached_property
+    def _final(self) -> tuple:
+        return tuple((e, key, status) for e, element in enumerate(self.system.elements) for key, status in element.final)
+
     def ending(self, mode: int) -> str | None:
         """Return the status of a motion that ends in a mode; None where it goes on."""
-        return next((status for element, own in zip(self.system.elements, self.keys[mode], strict=True)
-                     for key, status in element.final if key == own), None)
+        return next((status for e, key, status in self._final if key == self.keys[mode][e]), None)
 
     # memory
 

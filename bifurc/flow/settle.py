@@ -44,10 +44,10 @@ class Rule:
         """Return sign of a guard just after ``x`` (0: not told from zero) and the order of its zero at ``x``, see `rule.inside`."""
         return self._rule.inside(self.scene.tables, m, g, x, self.sizes(m, x) if scale is None else scale, np.empty(ORDER + 1))
 
-    def leaving(self, m: int, g: int, x) -> tuple[int, int, float]:
+    def leaving(self, m: int, g: int, x, scale) -> tuple[int, int, float]:
         """Return what `inside` does, and the rate with which the guard leaves a zero, where that is known; see `engine.leaves`."""
         a = np.empty(ORDER + 1)
-        sign, order = self._rule.inside(self.scene.tables, m, g, x, self.sizes(m, x), a)
+        sign, order = self._rule.inside(self.scene.tables, m, g, x, scale, a)
         return sign, order, self._engine.leaves(order, a)
 
     def sizes(self, m: int, x) -> np.ndarray:
@@ -144,13 +144,11 @@ def start(scene, x, keys=None):
         T = scene.tables
         y = x.copy()
         for g in range(T.n_guards[m]):  # a state beyond a surface by rounding is on it
-            direction = rule.onto(m, g, y)
-            if direction is not None:
-                value, size = _value(scene, m, g, y)
-                if NOISE * size < value <= PENETRATION * size:
-                    y[:scene.ns] -= direction * value
-                    if T.kick[m, g]:  # whatever the mode
-                        x[:scene.ns] -= direction * value
+            value, size = _value(scene, m, g, y)
+            if NOISE * size < value <= PENETRATION * size and (direction := rule.onto(m, g, y)) is not None:
+                y[:scene.ns] -= direction * value
+                if T.kick[m, g]:  # whatever the mode
+                    x[:scene.ns] -= direction * value
         why = rule.broken(m, y, rule.sizes(m, y))
         why += [("memory", e) for e in displaced(scene, m, y)]
         if not why:
@@ -423,7 +421,7 @@ def _follow(scene, rule, m, y, joined, scale, x):
 def _value(scene, m, g, x):
     """Return the value of a guard and the sum of the sizes of its terms."""
     T = scene.tables
-    if T.LG[m, g].any():
+    if scene.laws and T.LG[m, g].any():
         engine = kernels(scene)
         return engine.guard_value(T, m, g, x), engine.terms_size(T, m, g, x)
     return T.G[m, g] @ x, np.abs(T.G[m, g]) @ plain(x, T.A.shape[1])

@@ -224,7 +224,7 @@ def contradiction(scene, m, x) -> Status:
 
 def _slice(scene, T, ints, floats, end, period: float):
     """Return the end of the next compiled call, whole periods and the rest; ``end`` where there is no more work than one may do."""
-    span = (LAW_STEPS if scene.laws else WORK / T.A[0].size) * float(T.step[ints[MODE]])
+    span = (LAW_STEPS if scene.laws else WORK / (T.A.shape[1] * T.A.shape[2])) * float(T.step[ints[MODE]])
     whole, tau = int(ints[WHOLE]), float(floats[TAU])
     left = (end[0] - whole) * period + end[1] - tau if end[0] != whole else end[1] - tau
     if left <= 1.5 * span or tau + span <= tau:
@@ -263,8 +263,9 @@ def _forcing(scene, tau: float, x: np.ndarray) -> None:
 def _orders(scene, mode, x, ints, floats) -> None:
     """Write the orders of the zeros that the guards have at ``x``; one that is leaving has none and fires at once."""
     rule = settle.Rule(scene)
+    scale = rule.sizes(mode, x)
     for g in range(scene.tables.n_guards[mode]):
-        sign, order, slope = rule.leaving(mode, g, x)
+        sign, order, slope = rule.leaving(mode, g, x, scale)
         ints[ORDERS + g] = order if sign <= 0 else 0
         floats[SLOPES + g] = slope
 
