@@ -260,11 +260,36 @@ def start_row(problem, options):
     if float(np.dot(oriented(c.tangent), c.tangent)) < 0.0:
         flip(c, part)
     row = Row(c, part, 0.0, 0.0, tests_of(c), options.ds)
-    for k in part.boundary:
-        if row.tests[k] > ON_BOUNDARY and not silent(row, k) and boundary_at(row, k) is None:
-            raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is "
-                                    f"{row.tests[k]:.3g} > 0")
-    return row, None
+    k = broken(row)
+    if k is None:
+        return row, None
+    inner = inside_boundary(row, options)
+    if inner is None:
+        raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is {row.tests[k]:.3g} > 0")
+    return inner, None
+
+
+def broken(row):
+    """Return the first boundary that a start lies beyond, of which there is no zero next to it; None where it is valid."""
+    return next((k for k in row.part.boundary if row.tests[k] > ON_BOUNDARY and not silent(row, k) and boundary_at(row, k) is None),
+                None)
+
+
+def inside_boundary(row, options):
+    """Return the row just inside the boundary on which a start lies, when rounding has left it outside; None where none is valid.
+
+    Outside of one boundary the tests of others are those of no motion: events that meet on it change their order there.
+    """
+    if not any(abs(row.tests[j]) <= ON_BOUNDARY for j in row.part.boundary):
+        return None
+    near = INSIDE * BESIDE[0]  # ten times what counts as zero there
+    for length in (near, -near):
+        c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
+        if c.converged and options.low <= c.p <= options.high:
+            inner = Row(c, row.part, 0.0, 0.0, tests_of(c), options.ds)
+            if broken(inner) is None:
+                return inner
+    return None
 
 
 def oriented(tangent):
