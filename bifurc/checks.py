@@ -60,8 +60,6 @@ def plain_text(value: str) -> str:
 
 def floats(value) -> np.ndarray | None:
     """Return real numbers of any shape as a new float array; None where else is among them (words, True, None, masked ones)."""
-    if type(value) is np.ndarray and value.dtype == float:
-        return value.copy()
     if isinstance(value, bytes | bytearray | memoryview):
         return None
     try:

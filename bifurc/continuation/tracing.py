@@ -284,8 +284,8 @@ def inside_boundary(row, options):
         return None
     near = INSIDE * BESIDE[0]  # ten times what counts as zero there
     for length in (near, -near):
-        c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
-        if c.converged and options.low <= c.p <= options.high:
+        c = stepped(row, length)
+        if c is not None and options.low <= c.p <= options.high:
             inner = Row(c, row.part, 0.0, 0.0, tests_of(c), options.ds)
             if broken(inner) is None:
                 return inner
@@ -353,11 +353,17 @@ def begin_on_boundary(half):
         return
 
 
+def stepped(row, s):
+    """Return the point at arclength ``s`` along the tangent of a row, None where nothing is found there."""
+    c = row.part.problem.correct(row.x + s * row.direction, row.tangent)
+    return c if c.converged else None
+
+
 def ahead(row, j):
-    """Return ``f(s) -> (value of test j, point)`` along the tangent of a row, None where nothing is found there."""
+    """Return ``f(s) -> (value of test j, point)``, see `stepped`."""
     def value(s):
-        c = row.part.problem.correct(row.x + s * row.direction, row.tangent)
-        return (tests_of(c)[j], c) if c.converged else None
+        c = stepped(row, s)
+        return None if c is None else (tests_of(c)[j], c)
     return value
 
 
@@ -391,8 +397,8 @@ def beside(row, tests):
     behind a boundary may be short, and what another one says further on is not of this place."""
     aside, changes = 0.0, np.zeros(len(tests))
     for length in BESIDE:
-        c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
-        if c.converged:
+        c = stepped(row, length)
+        if c is not None:
             values = tests_of(c)
             aside, changes = length, np.array([values[j] - row.tests[j] for j in tests])
             if np.abs(changes).max() > TELLS:

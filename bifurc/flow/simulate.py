@@ -224,7 +224,7 @@ def contradiction(scene, m, x) -> Status:
 
 def _slice(scene, T, ints, floats, end, period: float):
     """Return the end of the next compiled call, whole periods and the rest; ``end`` where there is no more work than one may do."""
-    span = (LAW_STEPS if scene.laws else WORK / (T.A.shape[1] * T.A.shape[2])) * float(T.step[ints[MODE]])
+    span = (LAW_STEPS if scene.laws else WORK / T.A[0].size) * float(T.step[ints[MODE]])
     whole, tau = int(ints[WHOLE]), float(floats[TAU])
     left = (end[0] - whole) * period + end[1] - tau if end[0] != whole else end[1] - tau
     if left <= 1.5 * span or tau + span <= tau:

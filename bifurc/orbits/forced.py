@@ -163,7 +163,7 @@ def period_map(system: System, y, periods: int, half: bool):
     listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
     first = int(R.rows[0, 2])
     nodes = np.array([[first, -1, first, 0, 0], *([*R.rows[i, :3], 0, 0] for i in listed)], np.int64)
-    start = motion(np.zeros(()))
+    start = motion(0.0)
     states = np.array([start, *(R.before[i] for i in listed)])
     times = np.array([0.0, *(R.rows[i, 4] + R.times[i] / period for i in listed)])
     M = np.empty((scene.ns, scene.ns))

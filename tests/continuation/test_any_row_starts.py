@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.continuation.kinds import SpecialPointKind, StopReason
+from bifurc.continuation import Monitor, Problem
+from bifurc.continuation.kinds import ContinuationError, SpecialPointKind, StopReason
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.least import reduced
 
@@ -124,3 +125,28 @@ def test_a_doubled_branch_merges_beside_a_graze_of_its_parent(damping, omega, am
     parent = bf.trace(reduced(branch.orbits[-1]), name, bounds=bounds)
     flips = [point.parameter for point in parent.special_points if point.kind is SpecialPointKind.PERIOD_DOUBLING]
     assert all(min(abs(flip - point.parameter) for flip in flips) < 1e-12 for point in merged)
+
+
+class Born(Problem):
+    """An event of speed u = sqrt(p) that is born at p = 0; before its birth another test, of what follows the event, is wrong."""
+
+    monitors = (Monitor("grazing", boundary=True), Monitor("stick_onset", boundary=True))
+
+    def residual(self, u, p):
+        return p - u**2
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([-u[0], -0.01 if u[0] > 0.0 else 0.01])
+
+
+@pytest.mark.parametrize("u", [5e-15, 0.0, -5e-15, -2e-12])
+def test_a_start_at_a_birth_is_put_on_the_side_of_motions(u):
+    branch = bf.trace(Born(u, u * u), bounds=(-1.0, 1.0))
+    found = np.array([branch.x(k) for k in range(len(branch))])
+    assert found[:, 0].min() > -1e-12 and found[:, 1].max() == 1.0
+    np.testing.assert_allclose(found[:, 0]**2, found[:, 1], atol=1e-12)
+
+
+def test_a_start_beyond_a_birth_is_refused():
+    with pytest.raises(ContinuationError, match=r"the start is not valid: its test for grazing is 0\.1 > 0"):
+        bf.trace(Born(-0.1, 0.01), bounds=(-1.0, 1.0))

@@ -136,9 +136,7 @@ class Equations:
 
     def _heard(self, read, kernel, *given):
         """Return what a kernel does with the tables; it ends early where a signal asks and NaN stands in the arrays ``read``."""
-        if self.size < MANY:
-            return kernel(self.path.tables, self._data, *given)
-        return interruptible(True, partial(spoil, read), kernel, self.path.tables, self._data, *given)
+        return interruptible(self.size >= MANY, partial(spoil, read), kernel, self.path.tables, self._data, *given)
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""
