@@ -369,8 +369,15 @@ def test_a_pipe_that_is_read_in_part_ends_quietly():
     line = f"set -o pipefail; {sys.executable} -m bifurc info | head -1"
     done = subprocess.run(["bash", "-c", line], capture_output=True, text=True)
     assert done.stdout.count("\n") == 1 and done.stdout.startswith("bifurc ") and done.stderr == "" and done.returncode in (0, 141)
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("arguments", [["info"], ["info", "impact_oscillator"], ["completion", "bash"], []])
+def test_output_that_finds_no_room_is_an_error_in_one_line(arguments, unbuffered):
+    """Written at once, or from a buffer at the end of the process."""
     with open("/dev/full", "w") as full:
-        done = subprocess.run([sys.executable, "-m", "bifurc", "info"], stdout=full, stderr=subprocess.PIPE, text=True)
+        done = subprocess.run([sys.executable, "-m", "bifurc", *arguments], stdout=full, stderr=subprocess.PIPE, text=True,
+                              env=os.environ | {"PYTHONUNBUFFERED": unbuffered})
     assert done.returncode == 2 and done.stderr == "bifurc: error: [Errno 28] No space left on device\n"
 
 

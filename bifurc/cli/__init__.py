@@ -31,15 +31,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0; 2 for a request that cannot be met; 130 after an interrupt; 141 where the reader of the output has gone.
     """
+    code = 0
     try:
         try:
-            return _run(arguments)
+            code = _run(arguments)
         finally:
-            _flush()
+            if sys.stdout is not None:
+                sys.stdout.flush()  # while an error of it can be told
+        return code
     except BrokenPipeError:  # as `bifurc info | head -1` does: there is nobody to tell
-        for stream in (sys.stdout, sys.stderr):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # what is left in them goes there at the end of the process
-        return _UNHEARD
+        code = _UNHEARD
+    except OSError as error:  # as of a disk that is full
+        code = code or _failed(error)
+    for stream in (sys.stdout, sys.stderr):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # what is left in them goes there at the end of the process
+    return code
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -50,24 +56,21 @@ def _run(arguments: Sequence[str] | None) -> int:
         if options.run is None:
             print(parser.format_help(), end="")
             return 0
-        code = options.run(options)
-        _flush()
-        return code
+        return options.run(options)
     except BrokenPipeError:
         raise
     except (ValueError, LookupError, OSError, MemoryError) as error:
-        message = error.args[0] if isinstance(error, KeyError) and error.args else error
-        print(f"bifurc: error: {' '.join(str(message).split())}", file=sys.stderr)
-        return 2
+        return _failed(error)
     except KeyboardInterrupt:
         print("bifurc: interrupted; what was finished is on disk", file=sys.stderr)
         return _INTERRUPTED
 
 
-def _flush() -> None:
-    """Write what was printed, while an error of it can be told."""
-    if sys.stdout is not None:
-        sys.stdout.flush()
+def _failed(error: Exception) -> int:
+    """Tell an error in one line; return the code of a request that cannot be met."""
+    message = error.args[0] if isinstance(error, KeyError) and error.args else error
+    print(f"bifurc: error: {' '.join(str(message).split())}", file=sys.stderr)
+    return 2
 
 
 def _parser() -> Parser:
