@@ -186,14 +186,12 @@ class Refusal:
         orders = [(q, -int(start)) for q, start in enumerate(node[STARTS:]) if start < 0]
         if not orders and not one.takes_over:
             return True
-        values, rates = [], []
-        rng = np.random.default_rng(1)
-        rows = T.H[one.mode, :int(T.n_holds[one.mode]), :e.weights.size]
-        put_to_rest = np.linalg.pinv(rows) @ T.H[one.mode, :len(rows)]
-        for _ in range(SAMPLES):
-            x = np.concatenate([e.weights * rng.standard_normal(e.weights.size), e.scene.forcing(rng.uniform(0.0, 6.0, 1))[0]])
-            x[:e.weights.size] -= put_to_rest @ x  # on what the earlier mode would hold
-            a = np.empty(ORDER + 1)
+        values, rates, a = [], [], np.empty(ORDER + 1)
+        rng, ns = np.random.default_rng(1), e.weights.size
+        rows = T.H[one.mode, :int(T.n_holds[one.mode])]
+        states = np.hstack([e.weights * rng.standard_normal((SAMPLES, ns)), e.scene.forcing(rng.uniform(0.0, 6.0, SAMPLES))])
+        states[:, :ns] -= np.linalg.lstsq(rows[:, :ns], rows @ states.T)[0].T  # on what the earlier mode would hold
+        for x in states:
             rates.append([self._rate(T, int(node[AFTER]), q, order, x, a) for q, order in orders])
             if one.takes_over:
                 rates[-1].append(float(e.kernel.guard_value(T, *event, x)))
