@@ -21,7 +21,7 @@ from ..elements import EventKind, Frame, Guard
 from ..elements.friction.joint import Joint
 from ..elements.friction.together import includes, key_of
 from ..system import System
-from .jointly import carried
+from .jointly import FIRST, carried
 from .numbers import Block, DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
 from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
@@ -499,10 +499,10 @@ class Scene:
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
             T.still[m, :len(found)] = leads.still
-            for g, (element, _, guard) in enumerate(found):
+            for g, (element, number, guard) in enumerate(found):
                 T.kick[m, g] = guard.kick is not None
                 T.silent[m, g] = guard.silent
-                T.element[m, g] = element
+                T.element[m, g] = element if number < FIRST else -1 - element
                 T.kind[m, g] = guard.kind.code
                 then, end = leads.then[g], leads.ends_in[g]
                 if then is not None:  # the mode itself is last: a touch
