@@ -54,6 +54,8 @@ def resting(packer: "Packer", owners: list) -> Resting:
 
 def carried(packer: "Packer", keys: tuple) -> tuple[tuple[int, Hashable], ...]:
     """Return the frictions that slip by their keys, (element, key of rest) each, but are at rest with the others that are."""
+    if keys in packer.carries:
+        return packer.carries[keys]
     stops, held = [], []
     for e, key in enumerate(keys):
         if not packer.sites[e].curved:
@@ -63,7 +65,8 @@ def carried(packer: "Packer", keys: tuple) -> tuple[tuple[int, Hashable], ...]:
         rests = [guard.then[0] for guard in packer.mode(e, keys[e]).guards if guard.kind is EventKind.STICK]
         if rests and within(packer.sites[e].S[0], [*stops, *held]) and not within(packer.sites[e].S[0], stops):
             found.append((e, rests[0]))
-    return tuple(found)
+    packer.carries[keys] = tuple(found)
+    return packer.carries[keys]
 
 
 def within(row, rows: Iterable) -> bool:

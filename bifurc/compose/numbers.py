@@ -173,6 +173,7 @@ class Packer:
         self._pieces: dict[tuple[int, Hashable, tuple], list[Piece]] = {}
         self._laws: dict[tuple[int, Hashable, tuple], dict[tuple, tuple[SceneLaw, Piece]]] = {}
         self._resting: dict[tuple, Resting] = {}
+        self.carries: dict[tuple, tuple[tuple[int, Hashable], ...]] = {}  # see `jointly.carried`
 
     @property
     def reads_omega(self) -> bool:
