@@ -105,6 +105,6 @@ def joint_guards(packer: "Packer", keys: tuple, owners: list, rests: Resting) ->
                 value = value + limits[e].value * (speed / abs(moving[owner]))
             for k, part in zip(numbers, normal, strict=True):
                 value = value - lam(k) * (part / abs(moving[owner]))
-            after = Joint(tuple((e, one.key) for e, one in limits.items()))
+            after = Joint(tuple((e, limits[e].key if e in limits else keys[e]) for e in sorted(owners[i][0] for i in places)))
             found.append((owner, FIRST + len(found), Guard(value, limits[owner].kind, (after,))))
     return found

@@ -523,6 +523,9 @@ class Scene:
         for element, _, guard in guards:
             tried = None if callable(guard.then) else [other for key in guard.then
                                                        for other in self._tried(keys, {element: key}, waiting)]
+            if tried and self.joints and guard.kind is EventKind.STICK:  # all at rest, and beyond what they hold jointly
+                tried += [self._with_key(tried[0], e, after) for e, number, facet in self._packer.guards(tried[0])
+                          if number >= FIRST for after in facet.then]
             then.append(None if tried is None else tuple(other for other in dict.fromkeys(tried) if other != keys))
             end = None if guard.accumulates is None else self._with_key(keys, element, guard.accumulates[1])
             ends_in.append(end if end is not None and self._possible(end) else None)

@@ -240,7 +240,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                 span = closing(T, m, g, x, arrive, rested)
                 first = -1 if span > 0.0 else 0
             after = np.nan
-            chosen = -1
+            chosen, caught = -1, False
             for i in range(first, then.shape[2]):  # a complete chattering that closes comes first
                 if i < 0:
                     c = ends_in[m, g]
@@ -266,7 +266,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                     break
                 if c < 0 or broken_hold(T, c, xp, scale) >= 0:
                     continue
-                good, joining, caught = True, False, False
+                good, joining, shut = True, False, False
                 for k in range(n_guards[c]):
                     new_slopes[k] = np.nan
                     if c == m and k == g and after < 0.0:
@@ -276,9 +276,12 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                     new_slopes[k] = leaves(new_orders[k], a)
                     if signs[k] > 0:  # of another element: it joins in, or fires at once with its own candidates
                         good = good and element[c, k] != element[m, g]
-                        caught = caught or element[c, k] < 0 and kick[m, g] == 0  # several have it jointly: none comes to rest
+                        shut = shut or element[c, k] < 0 and kick[m, g] == 0
                         joining = joining or taken_along(T, m, g, c, k, kicked, new_orders[k], x, scale, a)
-                if caught or not good and (kick[m, g] == 1 or not joining):  # without a kick what lets go may relieve what would hold
+                if shut:  # several contacts have this guard jointly: they do not rest, and nothing else may be beyond a guard
+                    caught = True
+                    continue
+                if not good and (kick[m, g] == 1 or not joining):  # without a kick what lets go may relieve what would hold
                     continue
                 if joining:
                     c = join(T, m, g, c, kicked, x, xp, scale, signs, new_orders, a)
@@ -290,9 +293,13 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                         continue
                     for k in range(n_guards[c]):
                         new_slopes[k] = np.nan
+                beyond = False
                 for k in range(n_guards[c]):
                     if signs[k] > 0:
                         new_orders[k] = 0
+                        beyond = True
+                if caught and beyond:
+                    continue
                 chosen = c
                 what = CHATTER if i < 0 else EVENT
                 break

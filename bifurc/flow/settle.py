@@ -10,6 +10,7 @@ import itertools
 
 import numpy as np
 
+from ..compose.jointly import FIRST
 from ..compose.tables import ORDER
 from ..compose.writer import kernels
 from ..elements import Circle, EventKind
@@ -383,7 +384,7 @@ def _follow(scene, rule, m, y, joined, scale, x):
     while True:
         missing: dict[int, None] = {}
         striking: dict[int, None] = {}  # will fire by themselves: they join only where nothing else does
-        later, waiting = [], []
+        later, waiting, jointly = [], [], []
         for mode in _combinations(scene, m, joined, further, x):
             z = y.copy()
             why = rule.broken(mode, z, scale) + [("memory", e) for e in leaping(scene, m, mode, y, owners)]
@@ -396,6 +397,9 @@ def _follow(scene, rule, m, y, joined, scale, x):
             if all(fires):
                 waiting.append((not all(kicks), mode, z))
             for w, kick in zip(why, kicks, strict=True):
+                if w[0] == "guard" and scene.guard(mode, w[1]).number >= FIRST:  # no rest: what slips is tried next
+                    jointly += [(min(owners, default=scene.guard(mode, w[1]).element), key)
+                                for key in scene.followers(mode, w[1], z)]
                 element = scene.guard(mode, w[1]).element if w[0] == "guard" else w[1]
                 if element not in joined:
                     (striking if kick else missing)[element] = None
@@ -404,6 +408,12 @@ def _follow(scene, rule, m, y, joined, scale, x):
         at_once = [(mode, z) for others, mode, z in waiting if not others]
         if at_once:
             return at_once[0]
+        jointly = [(element, key) for element, key in jointly if key not in further.get(element, {})]
+        if jointly:
+            for element, key in jointly:
+                further.setdefault(element, {})[key] = None
+                joined.setdefault(element, [])
+            continue
         missing = missing or striking
         if not missing:
             later = [(element, key) for element, key in later if key not in further.get(element, {})]
