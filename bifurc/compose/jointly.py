@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..elements import Affine, EventKind, Guard
-from ..elements.friction.joint import RANK, Joint, dependence, facets
+from ..elements.friction.joint import RANK, Joint, dependence, facets, groups
 from ..elements.friction.together import LAM
 from ..elements.local import affine, lam
 
@@ -40,16 +40,9 @@ def resting(packer: "Packer", owners: list) -> Resting:
     basis, by = dependence(rows) if len(rows) else ([], {})
     rough = np.array([owners[order[b]][0] in packer.frictions for b in basis], bool)
     jointly = {k: parts for k, parts in by.items() if owners[order[k]][0] in packer.frictions and parts[rough].any()}
-    groups: list[tuple[set[int], list[int]]] = []  # held rows, and those that they make
-    for k, parts in jointly.items():
-        own, made = set(np.flatnonzero(parts).tolist()), [k]
-        for group in [group for group in groups if group[0] & own]:
-            own, made = own | group[0], group[1] + made
-            groups.remove(group)
-        groups.append((own, made))
     return Resting([order[k] for k in jointly],
                    [([order[i] for i in [*(basis[b] for b in sorted(own)), *made]],
-                     np.vstack([np.eye(len(own)), *(jointly[k][sorted(own)] for k in made)])) for own, made in groups])
+                     np.vstack([np.eye(len(own)), *(jointly[k][sorted(own)] for k in made)])) for own, made in groups(jointly)])
 
 
 def carried(packer: "Packer", keys: tuple) -> tuple[tuple[int, Hashable], ...]:

@@ -32,7 +32,7 @@ def joints(labels, elements, together, n: int, core) -> tuple:
     Raises
     ------
     ValueError
-        Where static friction is above that of slip in a set of contacts that has too many facets.
+        Where what contacts hold together has too many facets.
     """
     found = []
     for e, element in enumerate(elements):
@@ -48,13 +48,11 @@ def joints(labels, elements, together, n: int, core) -> tuple:
     basis, by = dependence(rows)
     if all(found[k][0] for k in by):
         return ()
-    if math.comb(len(rows), len(basis) - 1) > MANY:
-        names = [labels[e] for stop, e, _ in found if not stop]
-        if any(elements[e].drops for _, e, _ in found):
-            raise ValueError(f"{', '.join(names)}: these frictions depend on each other (where some are at rest so are others), with "
-                             "static friction above that of slip, and are too many for what they hold together to be followed. "
-                             "Give them static_ratio=1, or leave some out")
-        return ()
+    for held, made in groups({k: parts for k, parts in by.items() if not found[k][0]}):
+        if math.comb(len(held) + len(made), len(held) - 1) > MANY:
+            names = [labels[found[k][1]] for k in sorted([*(basis[b] for b in held), *made]) if not found[k][0]]
+            raise ValueError(f"{', '.join(names)}: these frictions depend on each other (where some are at rest so are others), and "
+                             "are too many for what they hold together to be followed. Leave some out")
     return tuple((found[k][1], tuple((found[b][1], float(np.sign(c))) for b, c in zip(basis, parts, strict=True) if c))
                  for k, parts in by.items() if not found[k][0])
 
@@ -72,6 +70,18 @@ def dependence(rows) -> tuple[list[int], dict[int, np.ndarray]]:
         else:
             by[k] = np.where(np.abs(parts) > RANK, parts, 0.0) * sizes[k] / sizes[basis[:len(parts)]]
     return basis, {k: np.append(parts, np.zeros(len(basis) - len(parts))) for k, parts in by.items()}
+
+
+def groups(by: dict[int, np.ndarray]) -> list[tuple[set[int], list[int]]]:
+    """Return which rows (places of ``by`` not zero) and those that they make (its keys) depend on each other."""
+    found: list[tuple[set[int], list[int]]] = []
+    for k, parts in by.items():
+        own, made = set(np.flatnonzero(parts).tolist()), [k]
+        for group in [group for group in found if group[0] & own]:
+            own, made = own | group[0], group[1] + made
+            found.remove(group)
+        found.append((own, made))
+    return found
 
 
 def facets(C) -> list[tuple[np.ndarray, np.ndarray]]:

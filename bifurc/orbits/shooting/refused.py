@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...compose.tables import ORDER
+from ...elements.friction.joint import Joint
 from .sequence import AFTER, BEFORE, GUARD, STARTS
 
 SAMPLES = 6  # states at which the two conditions are compared
@@ -61,7 +62,8 @@ def earlier_modes(scene, signature) -> list[Earlier]:
                 if mode == after or listed and not joined:
                     break
                 if mode != before and scene.tables.n_holds[mode] and not closes(scene, before, guard, mode, joined):
-                    gripping = held(scene, mode) - held(scene, before) if joined else {owner.element}
+                    jointly = isinstance(key, Joint)  # others of a facet, that let go with it in the listed mode
+                    gripping = held(scene, mode) - held(scene, after if jointly else before) if joined else {owner.element}
                     found += [Earlier(i, mode, tuple(g for e in sorted(gripping) for g in scene.guards_of(mode, e)),
                                       takes_over=owner.element not in gripping),
                               *relieved(scene, i, owner.element, mode)]
