@@ -49,13 +49,15 @@ def carried(packer: "Packer", keys: tuple) -> tuple[tuple[int, Hashable], ...]:
     """Return the frictions that slip by their keys, (element, key of rest) each, but are at rest with the others that are."""
     if keys in packer.carries:
         return packer.carries[keys]
-    stops, held = [], []
+    stops: list[np.ndarray] = []
+    held: list[np.ndarray] = []
     for e, key in enumerate(keys):
         if not packer.sites[e].curved:
             (held if e in packer.frictions else stops).extend(packer.sites[e].S[hold.row] for hold in packer.mode(e, key).hold)
     found = []
     for e in packer.frictions if held else ():
-        rests = [guard.then[0] for guard in packer.mode(e, keys[e]).guards if guard.kind is EventKind.STICK]
+        rests = [guard.then[0] for guard in packer.mode(e, keys[e]).guards
+                 if guard.kind is EventKind.STICK and not callable(guard.then)]
         if rests and within(packer.sites[e].S[0], [*stops, *held]) and not within(packer.sites[e].S[0], stops):
             found.append((e, rests[0]))
     packer.carries[keys] = tuple(found)
@@ -84,13 +86,13 @@ def joint_guards(packer: "Packer", keys: tuple, owners: list, rests: Resting) ->
     The multipliers in a guard are those of all rows that the mode holds, in their order.
     """
     held = [i for i in range(len(owners)) if i not in rests.redundant]
-    found = []
+    found: list[tuple[int, int, Guard]] = []
     for places, C in rests.groups:
         numbers = [held.index(i) for i in places[:C.shape[1]]]
         for normal, along in facets(C):
             moving = {owners[i][0]: float(speed) for i, speed in zip(places, along, strict=True) if speed}
-            limits = {e: limit(packer, e, keys[e], speed) for e, speed in sorted(moving.items())}
-            if not all(limits.values()):
+            limits = {e: least for e, speed in sorted(moving.items()) if (least := limit(packer, e, keys[e], speed)) is not None}
+            if len(limits) < len(moving):
                 continue
             owner = min(limits, key=lambda e: (limits[e].kind is EventKind.SLIP, e))
             value = affine(0.0)

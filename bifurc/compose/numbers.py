@@ -472,7 +472,7 @@ class Packer:
         for (e, _), (g, guard) in guards.items():
             T.G[m, g] = frame.row(guard.value, {"lam": hold.lam})
             self._fill_reset(T, m, g, e, self.mode(e, keys[e]), guard, hold, keys)
-            if laws:
+            if laws and isinstance(guard.value, Affine):
                 self._fill_reaction(T, m, g, guard.value, hold, list(range(len(hold.owners))), keys, laws)
         row = 0
         for law in laws:

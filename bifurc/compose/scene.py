@@ -525,7 +525,7 @@ class Scene:
                                                        for other in self._tried(keys, {element: key}, waiting)]
             if tried and self.joints and guard.kind is EventKind.STICK:  # all at rest, and beyond what they hold jointly
                 tried += [self._with_key(tried[0], e, after) for e, number, facet in self._packer.guards(tried[0])
-                          if number >= FIRST for after in facet.then]
+                          if number >= FIRST and not callable(facet.then) for after in facet.then]
             then.append(None if tried is None else tuple(other for other in dict.fromkeys(tried) if other != keys))
             end = None if guard.accumulates is None else self._with_key(keys, element, guard.accumulates[1])
             ends_in.append(end if end is not None and self._possible(end) else None)
@@ -566,8 +566,9 @@ class Scene:
         jointly where it comes to rest."""
         changes = key_of(self.system.elements, self.together, element, key)
         keys = tuple(changes.get(e, own) for e, own in enumerate(keys))
-        if self.joints and not isinstance(key, Joint) and self._packer.mode(element, key).hold and (others := carried(self._packer, keys)):
-            return self._with_key(keys, element, Joint(others))
+        if self.joints and not isinstance(key, Joint) and self._packer.mode(element, key).hold:
+            if others := carried(self._packer, keys):
+                return self._with_key(keys, element, Joint(others))
         return keys
 
     def _possible(self, keys: tuple) -> bool:

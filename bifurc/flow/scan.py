@@ -74,6 +74,9 @@ def put(rows, holds, ns, m, x):
     for c in range(ns):
         size[c] = share(x, c, largest)
     for k in range(holds):
+        whole = 0.0
+        for c in range(ns):
+            whole += Q[k, c] * size[c] * Q[k, c]
         for _ in range(2):
             for j in range(k):
                 dot, square = 0.0, 0.0
@@ -88,7 +91,7 @@ def put(rows, holds, ns, m, x):
             value += Q[k, c] * x[c]
             if c < ns:
                 square += Q[k, c] * size[c] * Q[k, c]
-        if square > 0.0:
+        if square > (x.size * EPS)**2 * whole:  # more than rounding of what the rows before it say already
             for c in range(ns):
                 x[c] -= Q[k, c] * size[c] * (value / square)
 

@@ -23,7 +23,7 @@ def largest(rows, limits, direction):
 
 
 def held(rows, slips, statics, speeds, need):
-    """By how much forces within the limits of the contacts that rest miss what is needed, beside the friction of those that slip."""
+    """By how much forces within the limits of what rests miss what is needed, beside the friction of what slips."""
     rows, slipping, n = np.array(rows, float), np.abs(speeds) > 1e-7, len(need)
     need = need + rows[slipping].T @ (slips[slipping] * np.sign(speeds[slipping]))
     stuck = rows[~slipping]
@@ -134,5 +134,5 @@ def test_orbits_with_joint_rest_close(name, ratio, seed):
     np.testing.assert_allclose(bf.simulate(system, y, periods=orbit.periods).final, y, rtol=0, atol=1e-12)
     slopes = np.column_stack([(bf.simulate(system, y + h * e, periods=orbit.periods).final
                                - bf.simulate(system, y - h * e, periods=orbit.periods).final) / (2.0 * h) for e in np.eye(len(y))])
-    np.testing.assert_allclose(np.sort(np.abs(orbit.multipliers)), np.sort(np.abs(np.linalg.eigvals(slopes)))[-len(orbit.multipliers):],
-                               rtol=0, atol=1e-5)
+    by_hand = np.sort(np.abs(np.linalg.eigvals(slopes)))[-len(orbit.multipliers):]
+    np.testing.assert_allclose(np.sort(np.abs(orbit.multipliers)), by_hand, rtol=0, atol=1e-5)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..mode import Mode
 from ..site import Rows
 
 RANK = 1e-12  # of a row: what is left of it beside others on which it depends
@@ -38,7 +39,7 @@ def joints(labels, elements, together, n: int, core) -> tuple:
     for e, element in enumerate(elements):
         site = element.site(n)
         held = type(site) is Rows and len(site.R) == 1 and not site.base and together[e][0] == e and [
-            mode for key in element.start if len((mode := element.mode(key, core)).hold) == 1]
+            mode for key in element.start if isinstance(mode := element.mode(key, core), Mode) and len(mode.hold) == 1]
         if held:
             found.append((not held[0].bounds, e, np.array([*site.R[0], *(site.drift or (0.0,))])))
     if sum(not stop for stop, _, _ in found) < 2 or len(found) < 3:
@@ -51,8 +52,8 @@ def joints(labels, elements, together, n: int, core) -> tuple:
     for held, made in groups({k: parts for k, parts in by.items() if not found[k][0]}):
         if math.comb(len(held) + len(made), len(held) - 1) > MANY:
             names = [labels[found[k][1]] for k in sorted([*(basis[b] for b in held), *made]) if not found[k][0]]
-            raise ValueError(f"{', '.join(names)}: these frictions depend on each other (where some are at rest so are others), and "
-                             "are too many for what they hold together to be followed. Leave some out")
+            raise ValueError(f"{', '.join(names)}: these frictions depend on each other (where some are at rest so are others), "
+                             "and are too many for what they hold together to be followed. Leave some out")
     return tuple((found[k][1], tuple((found[b][1], float(np.sign(c))) for b, c in zip(basis, parts, strict=True) if c))
                  for k, parts in by.items() if not found[k][0])
 
@@ -85,8 +86,10 @@ def groups(by: dict[int, np.ndarray]) -> list[tuple[set[int], list[int]]]:
 
 
 def facets(C) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the normals (r,) of the facets of a sum of segments along the rows ``C`` (k, r), and their products (k,) with the rows,
-    zero to the last digit for those that the facet is made of.  The rows span all directions."""
+    """Return the normals (r,) of the facets of a sum of segments along the rows ``C`` (k, r), and their products (k,) with them.
+
+    Products are zero to the last digit for the rows that the facet is made of.  The rows span all directions.
+    """
     k, r = C.shape
     units = C / np.linalg.norm(C, axis=1)[:, None]
     if r == 1:
