@@ -30,6 +30,7 @@ from .checks import (
 )
 from .elements import BUILT_IN, Core, Element
 from .elements.element import tupled
+from .elements.friction.joint import joints
 from .elements.friction.together import leaders
 from .structure.names import dof_names, place_of
 
@@ -387,6 +388,11 @@ class System:
         """For each element the first dry friction on its row, with which it rests and moves off, and how many times the row of that
         one its own is (-1: it runs the other way); itself where there is none.  That may be so at one value of a parameter only."""
         return leaders(self.elements, self.n)
+
+    @functools.cached_property
+    def joints(self) -> tuple:
+        """Dry frictions whose rows depend on those of others, with which they rest and move off, see `friction.joint`."""
+        return joints(self.labels, self.elements, self.together, self.n, self.core)
 
     @functools.cached_property
     def structure(self) -> tuple:

@@ -380,11 +380,12 @@ def _follow(scene, rule, m, y, joined, scale, x):
     owners = set(joined)
     further: dict[int, dict] = {}  # keys of joined elements that follow candidates which another event ends at once
     reasons: dict[int, str] = {}
+    slipping: list[int] = []  # behind those in which contacts would rest that others let go, be it jointly
     while True:
         missing: dict[int, None] = {}
         striking: dict[int, None] = {}  # will fire by themselves: they join only where nothing else does
-        later, waiting = [], []
-        for mode in _combinations(scene, m, joined, further, x):
+        later, waiting, modes = [], [], []
+        for mode in [*slipping, *_combinations(scene, m, joined, further, x)]:
             z = y.copy()
             why = rule.broken(mode, z, scale) + [("memory", e) for e in leaping(scene, m, mode, y, owners)]
             if not why:
@@ -396,6 +397,8 @@ def _follow(scene, rule, m, y, joined, scale, x):
             if all(fires):
                 waiting.append((not all(kicks), mode, z))
             for w, kick in zip(why, kicks, strict=True):
+                if w[0] == "guard" and scene.joints and scene.event_kind(mode, w[1]) is EventKind.SLIP:
+                    modes += [scene.combine(mode, scene.guard(mode, w[1]).element, key) for key in scene.followers(mode, w[1], z)]
                 element = scene.guard(mode, w[1]).element if w[0] == "guard" else w[1]
                 if element not in joined:
                     (striking if kick else missing)[element] = None
@@ -404,6 +407,9 @@ def _follow(scene, rule, m, y, joined, scale, x):
         at_once = [(mode, z) for others, mode, z in waiting if not others]
         if at_once:
             return at_once[0]
+        if modes := [mode for mode in dict.fromkeys(modes) if mode is not None and mode not in reasons]:
+            slipping = modes
+            continue
         missing = missing or striking
         if not missing:
             later = [(element, key) for element, key in later if key not in further.get(element, {})]

@@ -263,7 +263,7 @@ def test_an_impact_takes_the_friction_on_its_mass_along(monkeypatch):
 
 
 def test_held_rows_are_put_to_rest_by_the_least_move(rng):
-    """Also where rows repeat each other; forcing columns are given and stay."""
+    """The least sum of squares over sizes of entries; also where rows repeat each other; forcing columns are given and stay."""
     ns, nx = 5, 8
     for holds in (1, 2, 3):
         for repeated in (False, True):

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...compose.jointly import FIRST
 from ...compose.tables import ORDER
+from ...elements.friction.joint import Joint
 from .sequence import AFTER, BEFORE, GUARD, STARTS
 
 SAMPLES = 6  # states at which the two conditions are compared
@@ -61,10 +63,10 @@ def earlier_modes(scene, signature) -> list[Earlier]:
                 if mode == after or listed and not joined:
                     break
                 if mode != before and scene.tables.n_holds[mode] and not closes(scene, before, guard, mode, joined):
-                    gripping = held(scene, mode) - held(scene, before) if joined else {owner.element}
-                    found += [Earlier(i, mode, tuple(g for e in sorted(gripping) for g in scene.guards_of(mode, e)),
-                                      takes_over=owner.element not in gripping),
-                              *relieved(scene, i, owner.element, mode)]
+                    jointly = isinstance(key, Joint)  # others of a facet, that let go with it in the listed mode
+                    gripping = held(scene, mode) - held(scene, after if jointly else before) if joined else {owner.element}
+                    found += [Earlier(i, mode, limits(scene, mode, gripping), takes_over=owner.element not in gripping),
+                              *(one for one in relieved(scene, i, owner.element, mode) if one.mode != after)]
             if listed:
                 break
     return found
@@ -73,6 +75,13 @@ def earlier_modes(scene, signature) -> list[Earlier]:
 def held(scene, mode) -> set[int]:
     """Return the elements that hold rows in a mode."""
     return {scene.hold_element(mode, k) for k in range(scene.tables.n_holds[mode])}
+
+
+def limits(scene, mode, elements) -> tuple[int, ...]:
+    """Return the guards of some elements in a mode, and those that they have jointly with others."""
+    owners = [scene.guard(mode, g) for g in range(int(scene.tables.n_guards[mode]))]
+    return tuple(g for g, (e, number, guard) in enumerate(owners)
+                 if e in elements or number >= FIRST and any(other in elements for other, _ in guard.then[0].changes))
 
 
 def closes(scene, before, guard, mode, joined) -> bool:
@@ -112,7 +121,7 @@ def let_go(scene, i, element, before, after) -> list[Earlier]:
     if mode is None or mode == after:
         return []
     gone = held(scene, mode) - held(scene, after) - {element}
-    guards = tuple(q for other in sorted(gone) for q in scene.guards_of(mode, other))
+    guards = limits(scene, mode, gone)
     return [Earlier(i, mode, guards)] if guards else []
 
 
