@@ -32,6 +32,7 @@ from .problem import Monitor, Problem
 from .shooting.branching import stepped_out
 from .shooting.problem import OrbitProblem
 from .shooting.signature_change import admissible_side
+from .switched import Switched
 
 IMAGINARY = 1e-5  # real over imaginary part of a pair of eigenvalues at a Hopf point
 KEPT = 16  # values of a parameter at which how steep walls are is remembered: differences ask for the same ones again
@@ -172,10 +173,22 @@ class EquilibriumProblem(Problem):
             kept.append(row)
         return free, np.array(kept).reshape(len(kept), T.A.shape[2])
 
+    def _sliding(self, rates, values, away):
+        """Return what vanishes on the surfaces that a mode of first order slides on (ns,), or its derivative (ns, ns): of the rates
+        what lies in the surfaces, beside them how far they are, and where nothing moves a state how far that is from its own."""
+        normals = self.field.constraints()[:, :self.scene.ns]
+        out = np.linalg.pinv(normals)
+        found = rates - out @ (normals @ rates) + math.sqrt(self._soft) * (out @ values)
+        still = ~self.path.tables.A[self.mode].any(axis=1) & ~normals.any(axis=0)
+        found[still] = away[still]
+        return found
+
     def residual(self, u, p):
         """Return free accelerations, rates of internal variables, and what is held (n + nz,)."""
         self.numbers_at(p)
         (y, apart, _), n = self._pressed(u), self.scene.n
+        if self.field.slides:
+            return self._sliding(self.field.rate(y), self.field.constraints() @ self.field.joined(y), y - self.reference)
         free, kept = self._rows()
         f = self.field.rate(y)
         moving = [place for place in range(2 * n, self.scene.ns) if self.path.tables.A[self.mode, place].any()]
@@ -187,6 +200,8 @@ class EquilibriumProblem(Problem):
         slope = sum(w * self.residual(u, p + k * h) for k, w in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))) / (12.0 * h)
         self.numbers_at(p)
         (y, _, apart), n, ns = self._pressed(u), self.scene.n, self.scene.ns
+        if self.field.slides:
+            return self._sliding(self.field.apart(y), self.field.constraints()[:, :ns], np.eye(ns)), slope
         free, kept = self._rows()
         J = self.field.apart(y)
         moving = [place for place in range(2 * n, ns) if self.path.tables.A[self.mode, place].any()]
@@ -241,7 +256,7 @@ class EquilibriumProblem(Problem):
         self.numbers_at(point.x[-1])
         for key in scene.followers(self.mode, guard, self.field.joined(y)):
             mode = scene.combine(self.mode, element, key)
-            if mode is None or mode == self.mode:
+            if mode is None or mode == self.mode or scene.ending(mode) is not None:
                 continue
             path = of_all_modes(scene, self.path)
             new = EquilibriumProblem(self.system, path, mode, y, float(point.x[-1]), float(self.scale[-1]), self._size_u)
@@ -254,6 +269,9 @@ class EquilibriumProblem(Problem):
 
     def branches(self, point, n_max):
         """Return the periodic orbits born at a Hopf point; None for the general rule."""
+        if point.kind is SpecialPointKind.HOPF and not self.scene.n:
+            return Switched((), "the field is affine: at this value all motions around the equilibrium are closed, up to those "
+                                "that touch a surface; find_orbit beside it gives the orbits that pass one")
         return self.hopf_orbits(point) if point.kind is SpecialPointKind.HOPF else None
 
     def hopf_orbits(self, point):
@@ -323,7 +341,7 @@ class EquilibriumProblem(Problem):
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
         count = len(self._equilibrium(self.x0[:-1]).eigenvalues)
-        each = [f"{name}_{i}" for i in range(self.scene.n) for name in ("q", "max", "min", "rms")]
+        each = [f"{name}_{i}" for i in range(self.scene.n or self.scene.ns) for name in ("q", "max", "min", "rms")]
         return (*each, "stable", *(f"eigenvalue_{k}" for k in range(count)))
 
     def measure(self, name, xs):

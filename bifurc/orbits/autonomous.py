@@ -195,29 +195,23 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
 def aside(system: System, y, near=STILL) -> np.ndarray:
     """Return a start; where ``y`` is an unstable state of rest, or as ``near`` to one (of the size of the motion), one a little
     beside that, in the direction that grows fastest, on the side of ``y``."""
-    if system.n == 0:
-        return moved_off(scene_of(system), y)
-    rest = find_equilibrium(system, y)
+    rest, scene = find_equilibrium(system, y), scene_of(system)
     n, units = system.n, rest.field.units
-    size = max(natural_length(scene_of(system).tables), float(np.abs(y[:n]).max()))
+    if n:
+        units = units * max(natural_length(scene.tables), float(np.abs(y[:n]).max()))
+    else:
+        units = natural_sizes(scene.tables, np.array([y]), fastest(scene))
+        if scene.ending(settle.start(scene, np.append(y, 1.0))[0]) is not None:  # several fields lead away from a surface
+            return y + ASIDE * units
     away = rest.state - np.append(y, np.zeros(len(units) - len(y)))
-    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n].max() > near * size:
+    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n or None].max() > near:
         return y
     A, Z, coordinates = rest._small
     values, left, right = eig(A, left=True)
     k = int(np.argmax(values.real))
     side = -1.0 if np.real(np.conj(left[:, k]) @ (coordinates @ away)) > 0.0 else 1.0
     direction = side * Z @ np.real(right[:, k])
-    return rest.state + ASIDE * size * direction / np.abs(direction / units).max()
-
-
-def moved_off(scene: Scene, y) -> np.ndarray:
-    """Return a start of a system of first order; where nothing moves at ``y``, one a little beside it."""
-    mode, x = settle.start(scene, np.concatenate([y, scene.forcing(np.zeros(1))[0]]))
-    A = scene.tables.A[mode]
-    if (np.abs(A @ x) > STILL * (np.abs(A) @ np.abs(x))).any():
-        return y
-    return y + ASIDE * natural_sizes(scene.tables, np.array([y]), fastest(scene))
+    return rest.state + ASIDE * direction / np.abs(direction / units).max()
 
 
 def failed(motion: Trajectory, start) -> PeriodicOrbit:
@@ -248,7 +242,7 @@ def at_rest(motion: Trajectory, start) -> bool:
 
 def dies_out(motion: Trajectory) -> bool:
     """Whether a motion without events comes near a stable state of rest as its slowest eigenvalue says, and so for ever."""
-    if len(motion.events) or motion.system.n == 0:
+    if len(motion.events):
         return False
     rest = find_equilibrium(motion.system, motion.final)
     if not rest.success or not rest.stable or rest.on_boundary or len(rest.continuum):

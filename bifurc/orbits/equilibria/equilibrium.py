@@ -22,6 +22,7 @@ from ... import io
 from ...checks import checked, floats, refused, whole
 from ...compose.scene import Scene, scene_of
 from ...content import Content, kept
+from ...elements import EventKind
 from ...enumerations import DescribedEnum
 from ...flow import settle
 from ...flow.linear import ModeField
@@ -66,6 +67,12 @@ class Equilibrium(Content, Notebook, Motion):
         Positions, zero velocities, internal variables.
     mode : int
         Mode of the scene it is an equilibrium of; `contacts` says it in words.
+    kind : str
+        "regular", "pseudo" or "boundary".
+    weight : float, tuple of float or None
+        Of a pseudo-equilibrium: the share of the field above the surface.
+    virtual : bool
+        The mode does not hold there.
     depths : ndarray (contacts,)
         How far it is beyond each circle that gives a force, length: times the stiffness the load there, however stiff it is.
     status, message
@@ -169,6 +176,26 @@ class Equilibrium(Content, Notebook, Motion):
         high = float(away[along > 0.0].min(initial=np.inf))
         return {place: (float(self._state[place]) + low, float(self._state[place]) + high)}
 
+    @property
+    def kind(self) -> str:
+        """"regular"; "pseudo": of a slide, where fields of first order on both sides of a surface cancel; "boundary": on a surface
+        that ends its mode."""
+        return "boundary" if self.on_boundary else "pseudo" if self.scene.slides(self.mode) else "regular"
+
+    @property
+    def virtual(self) -> bool:
+        """Whether it is an equilibrium of a mode that does not hold there: no motion rests there."""
+        return self.status is EquilibriumStatus.INADMISSIBLE
+
+    @functools.cached_property
+    def weight(self) -> float | tuple[float, ...] | None:
+        """Share of the field above the surface, 0 to 1, in the field of a slide, where both cancel; a tuple of several surfaces.
+        None where nothing slides."""
+        values = self.field.guard_slopes(self._state)[0]
+        ends = [value for g, value in enumerate(values.tolist()) if self.scene.event_kind(self.mode, g) is EventKind.SLIDE_END]
+        found = tuple(low / (low + high) for low, high in zip(ends[::2], ends[1::2], strict=True))
+        return None if not found else found[0] if len(found) == 1 else found
+
     @functools.cached_property
     def on_boundary(self) -> list[str]:
         """Labels of the elements whose guard is zero here: the equilibrium lies on the boundary of two modes."""
@@ -192,10 +219,16 @@ class Equilibrium(Content, Notebook, Motion):
     @property
     def message(self) -> str:
         """The status as a sentence, with the interval of a continuum, and what lies on a boundary."""
-        text = self.status.sentence
+        text, n = self.status.sentence, self.scene.n
+        if n == 0 and self._failed is None:
+            of = repr(next(iter(self.contacts.values())))
+            text = {"regular": f"The field of mode {of} vanishes here",
+                    "pseudo": f"The fields on both sides of the surface of mode {of} cancel here",
+                    "boundary": f"The field of mode {of} vanishes on a surface where the mode ends"}[self.kind]
+            text += (", where the mode does not hold: it is virtual, no motion rests here." if self.virtual else
+                     "; it is one of a continuum." if len(self.continuum) else ".")
         if not self.success:
             return text
-        n = self.scene.n
         for place, (low, high) in self.intervals.items():
             text += f" {'Coordinate' if place < n else 'State'} {place} may stand in [{low:.6g}, {high:.6g}]."
         if self.on_boundary:
@@ -267,7 +300,7 @@ class Equilibrium(Content, Notebook, Motion):
         Parameters
         ----------
         dof : int
-            Coordinate whose amplitude r is meant; l1 scales with it, its sign does not.
+            Coordinate (of a system of first order: state) whose amplitude r is meant; l1 scales with it, its sign does not.
 
         Raises
         ------
@@ -278,7 +311,8 @@ class Equilibrium(Content, Notebook, Motion):
         ----------
         Y. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), eqs. 3.18 and 5.39.
         """
-        return lyapunov_coefficient(self, whole("lyapunov_coefficient", "dof", dof, least=0, most=self.system.n - 1))
+        most = (self.system.n or self.scene.ns) - 1
+        return lyapunov_coefficient(self, whole("lyapunov_coefficient", "dof", dof, least=0, most=most))
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
@@ -293,8 +327,12 @@ class Equilibrium(Content, Notebook, Motion):
 
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
-        where = np.array2string(self._state[:self.scene.n], precision=8, threshold=6)
-        return f"Equilibrium(q={where}, {stable}, {self.status})"
+        where = np.array2string(self._state[:self.scene.n or None], precision=8, threshold=6)
+        if self.scene.n:
+            return f"Equilibrium(q={where}, {stable}, {self.status})"
+        words = ("virtual " if self.virtual else "") + (self.kind if self._failed is None else str(self.status))
+        of = next(iter(self.contacts.values()))
+        return f"Equilibrium({where}, {words}, of {of!r}, {stable})"
 
 
 @checked()
@@ -328,9 +366,6 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     if system.omega is not None:
         raise ValueError(f"{system!r} has an excitation of frequency {system.omega:g} and no state of rest; "
                          "find_orbit gives its motion")
-    if system.n == 0:
-        raise ValueError(f"find_equilibrium: system = {system!r} is not allowed; of a system of first order piecewise.equilibria "
-                         "gives all states of rest")
     scene = scene_of(system)
     y = _guess(scene, guess)
     tried: set[tuple[int, int]] = set()
@@ -356,7 +391,7 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
                 waiting[:0] = [(m, start) for m in after if m is not None for start in (-1, mode)]
             if not len(rest[1]):
                 break
-    return refused or Equilibrium(system, _first(scene, y)[0], y, EquilibriumStatus.NOT_FOUND)
+    return refused or Equilibrium(system, next(scene.start_modes()), y, EquilibriumStatus.NOT_FOUND)
 
 
 def resting(found: Equilibrium) -> Equilibrium:
@@ -404,7 +439,8 @@ def _first(scene: Scene, y) -> list[int]:
     found = []
     x = np.append(y, [1.0])
     try:
-        found = [settle.start(scene, x)[0]]
+        first = settle.start(scene, x)[0]
+        found = [first] if scene.ending(first) is None else []
     except (settle.Penetration, settle.Inconsistent):
         pass  # the guess is beyond a surface, an equilibrium need not be
     return [*found, *scene.start_modes()]
