@@ -8,6 +8,7 @@ from ..compose.tables import paced
 from ..models.cost import warn_if_slow
 from ..system import System, require_system
 from . import settle
+from .affine.zeno import accumulation
 from .delayed.verb import simulate_delayed
 from .engine import engine_of
 from .initial import checked_length, checked_mode, checked_state
@@ -41,7 +42,6 @@ from .scan import (
 )
 from .status import Status
 from .trajectory import Recorded, Trajectory
-from .zeno import accumulation
 
 ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; and of what is added to it at most
 # a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
@@ -60,9 +60,9 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     Parameters
     ----------
     system : System
-    y0 : array_like
+    y0 : array_like, or dict of str to float
         State (2 n,) or (ns,): positions, velocities, and memory where there is any (left out: virgin, springs of sliders
-        without force).
+        without force); or its components by name, such as ``{"v": 12.0, "i": 0.6}``, where those not named are 0.
     periods, duration : float
         How long: forcing periods or time; exactly one of them.
     t0 : float

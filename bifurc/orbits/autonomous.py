@@ -15,11 +15,11 @@ import numpy as np
 from scipy.linalg import eig
 from scipy.optimize import brentq
 
-from ..checks import state
 from ..compose.natural import natural_length, natural_sizes
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN, paced
 from ..flow import settle
+from ..flow.initial import start_of
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
@@ -72,7 +72,7 @@ def autonomous_orbit(system: System, guess, closure, transient: int, period: flo
             first, found = guess.state, from_orbit(system, guess)
         else:
             scene = scene_of(system)
-            first = state("guess", guess, (2 * scene.n, scene.ns))
+            first = start_of(scene, "guess", guess)
             if not scene.laws:
                 paced(scene.tables, first, 0.0)
             if not first[scene.n:2 * scene.n].any():

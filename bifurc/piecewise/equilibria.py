@@ -1,15 +1,13 @@
 """All equilibria of a system of first order without excitation: of regions, virtual ones included, and of slides."""
-import numpy as np
+import importlib
 
 from ..checks import SYSTEM, checked
-from ..compose.scene import scene_of
 from ..elements.automaton import Automaton
-from ..orbits.equilibria.equilibrium import Equilibrium, solved
 from ..system import System
 
 
 @checked(system=SYSTEM)
-def equilibria(system: System) -> tuple[Equilibrium, ...]:
+def equilibria(system: System) -> tuple:
     """Return the equilibria of the modes of a system of first order without excitation, one a mode at most.
 
     Parameters
@@ -43,10 +41,6 @@ def equilibria(system: System) -> tuple[Equilibrium, ...]:
     if automaton is None or system.omega is not None:
         raise ValueError(f"equilibria: system = {system!r} is not allowed; it must be a PiecewiseSystem or HybridSystem without "
                          "excitation")
-    scene, ends, found = scene_of(system), dict(automaton.final), []
-    for mode in [scene.index((key,)) for key, _ in automaton.rates if key not in ends]:
-        rest = solved(scene, mode, np.zeros(scene.ns), False)
-        made = None if rest is None else Equilibrium(system, mode, rest[0], depths=rest[1])
-        if made is not None and not len(made.continuum):
-            found.append(made)
-    return tuple(found)
+    ends = dict(automaton.final)
+    ways = importlib.import_module("..orbits.equilibria.equilibrium", __package__)  # stands on this package
+    return ways.equilibria_of(system, [(key,) for key, _ in automaton.rates if key not in ends])

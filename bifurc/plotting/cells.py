@@ -56,7 +56,8 @@ def plot_cells(cells: Any, ax: Axes | None = None, field: str = "labels", group:
     else:
         _field(cells, ax, field, group, drawn)
     half = max(sum(name[0] == "q" for name in grid.names), 1)
-    across, up = (style.component_label(_component(name, half), half) for name in grid.names)
+    states = getattr(cells.system, "states", ())
+    across, up = (style.component_label(_component(name, half, states), half, states) for name in grid.names)
     ax.set(xlabel=f"{across} at phase 0", ylabel=f"{up} at phase 0", xlim=(left, right), ylim=(bottom, top))
     return ax
 

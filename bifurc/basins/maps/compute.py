@@ -212,7 +212,7 @@ class _Work:
         chosen = np.sort(rng.choice(counted, min(samples, counted.size), replace=False))
         targets = self.found.targets()
         steps = np.zeros(self.scene.ns)
-        places = list(self.grid.places(self.scene.n, self.scene.ns))
+        places = list(self.grid.places(self.scene.n, self.scene.ns, self.system.states))
         steps[places] = self.scale[places]
 
         def relabel(starts: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ own rate of change throughout: what is small, and what depends on what else, is 
 One file, because the equilibrium tells its guards, modes and eigenvalues by the conditions that the search solves.
 """
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.linalg import qr
@@ -25,6 +26,7 @@ from ...content import Content, kept
 from ...elements import EventKind
 from ...enumerations import DescribedEnum
 from ...flow import settle
+from ...flow.initial import start_of
 from ...flow.linear import ModeField
 from ...motion import Motion
 from ...notebook import Notebook
@@ -230,7 +232,8 @@ class Equilibrium(Content, Notebook, Motion):
         if not self.success:
             return text
         for place, (low, high) in self.intervals.items():
-            text += f" {'Coordinate' if place < n else 'State'} {place} may stand in [{low:.6g}, {high:.6g}]."
+            name = self.system.states[place] if n == 0 else f"{'Coordinate' if place < n else 'State'} {place}"
+            text += f" {name} may stand in [{low:.6g}, {high:.6g}]."
         if self.on_boundary:
             text += (f" It lies on the boundary of two modes of {', '.join(self.on_boundary)}: its eigenvalues are those of one "
                      "side, they do not decide stability.")
@@ -342,9 +345,9 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     Parameters
     ----------
     system : System
-    guess : array (n,), (2 n,) or (ns,), Equilibrium, or None
-        Positions or a state near it (None: zero).  Where states of rest form a continuum the one nearest to the guess is
-        given.
+    guess : array (n,), (2 n,) or (ns,), dict, Equilibrium, or None
+        Positions or a state near it (None: zero), or its components by name.  Where states of rest form a continuum the one
+        nearest to the guess is given.
 
     Returns
     -------
@@ -394,6 +397,17 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     return refused or Equilibrium(system, next(scene.start_modes()), y, EquilibriumStatus.NOT_FOUND)
 
 
+def equilibria_of(system: System, modes) -> tuple[Equilibrium, ...]:
+    """Return the equilibria that stand alone of modes by their keys, one a mode at most, whether the mode holds there or not."""
+    scene, found = scene_of(system), []
+    for mode in map(scene.index, modes):
+        rest = solved(scene, mode, np.zeros(scene.ns), False)
+        made = None if rest is None else Equilibrium(system, mode, rest[0], depths=rest[1])
+        if made is not None and not len(made.continuum):
+            found.append(made)
+    return tuple(found)
+
+
 def resting(found: Equilibrium) -> Equilibrium:
     """Return the equilibrium in the mode that holds most, where it lies on the boundary of several: what slides with no speed
     sticks, and stands at the end of a continuum."""
@@ -419,7 +433,8 @@ def _guess(scene: Scene, guess) -> np.ndarray:
     if guess is None:
         given = np.zeros(scene.ns)
     else:
-        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else floats(guess)
+        given = (guess.state if isinstance(guess, (Equilibrium, Orbit)) else start_of(scene, "guess", guess)
+                 if isinstance(guess, Mapping) else floats(guess))
     if given is None:
         raise refused("find_equilibrium", "guess", guess, "positions, a state, an Equilibrium or an orbit")
     if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
