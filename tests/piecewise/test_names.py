@@ -47,7 +47,8 @@ def test_grids_regions_and_pictures():
     assert cells.plot().get_xlabel() == "x at phase 0"
     diagram = bf.bifurcation_diagram(system, "V", [0.9, 1.0], transient=20)
     assert diagram.plot(component=1).get_ylabel() == "v at phase 0"
-    chart = bf.parameter_chart(system, {"V": (0.9, 1.1, 2), "omega": (1.5, 1.7, 2)}, {"x": (-1, 1), "v": (-1, 1)}, starts=2, transient=20)
+    chart = bf.parameter_chart(system, {"V": (0.9, 1.1, 2), "omega": (1.5, 1.7, 2)}, {"x": (-1, 1), "v": (-1, 1)}, starts=2,
+                               transient=20)
     assert chart.system == system
 
 
