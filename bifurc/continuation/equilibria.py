@@ -25,6 +25,7 @@ from ..orbits.equilibria.hopf import critical_pair
 from ..orbits.shooting.path import SHAKEN, ParameterPath, of_all_modes, parameter_path
 from ..orbits.shooting.sequence import set_parameter
 from ..orbits.shooting.signature import Signature, sections
+from ..structure.components import by_number, worded
 from ..system import System
 from .families import orbit_family
 from .kinds import NUMERICAL, SpecialPointKind
@@ -341,12 +342,12 @@ class EquilibriumProblem(Problem):
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
         count = len(self._equilibrium(self.x0[:-1]).eigenvalues)
-        each = [f"{name}_{i}" for i in range(self.scene.n or self.scene.ns) for name in ("q", "max", "min", "rms")]
+        each = [worded(f"{name}_{i}", self.states) for i in range(self.system.measured) for name in ("q", "max", "min", "rms")]
         return (*each, "stable", *(f"eigenvalue_{k}" for k in range(count)))
 
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs``."""
-        kind, _, number = name.partition("_")
+        kind, _, number = by_number(name, self.states).partition("_")
         if kind in ("q", "max", "min", "rms"):  # a motion that stands still has these, too
             return np.abs(xs[:, int(number)]) if kind == "rms" else xs[:, int(number)].copy()
         found = []

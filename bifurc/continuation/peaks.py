@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..checks import either, many, of, word
-from ..structure.components import numbered, worded
+from ..structure.components import by_number, worded
 from .conditions import measure_gradient, null_vector
 from .kinds import SpecialPointKind
 from .problem import Monitor
@@ -63,9 +63,8 @@ def with_peaks(problem, peaks):
     ValueError
         Naming a measure that the problem does not have.
     """
-    states = getattr(getattr(problem, "system", None), "states", ())
-    names = tuple(numbered(name, states) for name in checked_peaks(
-        peaks, (*(worded(name, states) for name in problem.measure_names), *(problem.measure_names if states else ()))))
+    names = tuple(worded(name, problem.states) for name in checked_peaks(
+        peaks, (*problem.measure_names, *(by_number(name, problem.states) for name in problem.measure_names if problem.states))))
     return WithPeaks(problem, names) if names else problem
 
 

@@ -20,7 +20,7 @@ from ..checks import checked, floats, instance, refused
 from ..compose.scene import scene_of
 from ..continuation import ContinuationError
 from ..orbits.base import Orbit
-from ..structure.components import component_names, place_of
+from ..structure.components import component_names, place_of, worded
 from ..system import require_values
 from .script import Made, Script, grid_text
 
@@ -154,7 +154,7 @@ def of_system(system: Any, parameter: str | None = None, bounds: Sequence[float]
     for name in window or ():
         place_of(name, system.n, scene_of(system).ns, "window", system.states)
     system = system.with_parameters(**{parameter: min(max(value, low), high)})
-    return Shown(system, parameter, (low, high), window={
+    return Shown(system, parameter, (low, high), measure=worded("rms_0", system.states), window={
         name: ascending(f"window[{name!r}]", part) for name, part in dict(window or {}).items()})
 
 
@@ -174,8 +174,9 @@ def of_result(result: Any, path: str) -> Shown:
     if isinstance(result, bf.Branch):
         made = Made(result, "branch", write)
         orbit = Made(result.orbits[0], "orbit", lambda script, branch: f"{branch}.orbits[0]", (made,))
+        first = worded("rms_0", result.states)
         return Shown(orbit.value.system, result.parameter, result.bounds, (made,), orbit, (0, 0),
-                     measure="rms_0" if "rms_0" in result.column_names else result.column_names[3])
+                     measure=first if first in result.column_names else result.column_names[3])
     if isinstance(result, bf.BasinMap):
         made = Made(result, "basins", write)
         start = of_system(result.system)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..checks import refused, state
+from ..checks import listed, refused, state
 from ..structure.components import state_of
 
 PHASE = 1e-6  # of the period: floats that far apart lose as much of the phase, far above the error of a motion
@@ -36,15 +36,15 @@ def start_of(scene, owner: str, value) -> np.ndarray:
     """Return a start (2 n,) or (ns,) given as numbers, or as a dict of components by name, or raise ValueError."""
     if isinstance(value, Mapping):
         return state_of(owner, value, scene.n, scene.ns, scene.system.states)
-    return state(owner, value, (2 * scene.n, scene.ns))
+    return state(owner, value, (2 * scene.n or scene.ns, scene.ns))
 
 
 def checked_mode(scene, mode) -> tuple:
     """Return keys of all elements as given, or raise ValueError."""
     try:
-        if isinstance(mode, (list, tuple)) and len(mode) == len(scene.system.elements):
-            scene.index(tuple(mode))
-            return tuple(mode)
+        if len(keys := tuple(listed(mode) or ())) == len(scene.system.elements):
+            scene.index(keys)
+            return keys
     except (KeyError, TypeError, ValueError):  # of what is no key of an element
         pass
     raise refused("simulate", "mode", mode, f"one mode of each of the {len(scene.system.elements)} elements, such as orbit.mode")

@@ -28,7 +28,7 @@ class ModeField:
     def __init__(self, scene, tables, mode: int):
         self.scene, self.tables, self.mode = scene, tables, mode
         self._laws = Laws(scene.laws, tables, mode)
-        self._kept = () if scene.n else scene.kept(mode)
+        self._kept = scene.kept(mode)
 
     @property
     def pace(self) -> float:

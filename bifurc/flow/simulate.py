@@ -44,9 +44,9 @@ from .status import Status
 from .trajectory import Recorded, Trajectory
 
 ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; and of what is added to it at most
-# a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
 AT_ONCE = 64  # events of a system of first order at one instant
 NEAR_SURFACE = 1e-12  # of its terms: a surface that a motion is on where nothing follows
+# a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
 WORK, LAW_STEPS = 2e7, 5000.0
 
 

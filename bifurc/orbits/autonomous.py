@@ -194,24 +194,23 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
 
 def aside(system: System, y, near=STILL) -> np.ndarray:
     """Return a start; where ``y`` is an unstable state of rest, or as ``near`` to one (of the size of the motion), one a little
-    beside that, in the direction that grows fastest, on the side of ``y``."""
-    rest, scene = find_equilibrium(system, y), scene_of(system)
-    n, units = system.n, rest.field.units
+    beside that, in the direction that grows fastest, on the side of ``y``; where several fields lead away, one beside it."""
+    rest, scene, n = find_equilibrium(system, y), scene_of(system), system.n
     if n:
-        units = units * max(natural_length(scene.tables), float(np.abs(y[:n]).max()))
+        units, size = rest.field.units, max(natural_length(scene.tables), float(np.abs(y[:n]).max()))
     else:
-        units = natural_sizes(scene.tables, np.array([y]), fastest(scene))
+        units, size = natural_sizes(scene.tables, np.array([y]), fastest(scene)), 1.0
         if scene.ending(settle.start(scene, np.append(y, 1.0))[0]) is not None:  # several fields lead away from a surface
             return y + ASIDE * units
     away = rest.state - np.append(y, np.zeros(len(units) - len(y)))
-    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n or None].max() > near:
+    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n or None].max() > near * size:
         return y
     A, Z, coordinates = rest._small
     values, left, right = eig(A, left=True)
     k = int(np.argmax(values.real))
     side = -1.0 if np.real(np.conj(left[:, k]) @ (coordinates @ away)) > 0.0 else 1.0
     direction = side * Z @ np.real(right[:, k])
-    return rest.state + ASIDE * direction / np.abs(direction / units).max()
+    return rest.state + ASIDE * size * direction / np.abs(direction / units).max()
 
 
 def failed(motion: Trajectory, start) -> PeriodicOrbit:

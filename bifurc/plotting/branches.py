@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
 from ..checks import ALL_DRAWN, DRAWN, array, checked, flag, of
-from ..structure.components import numbered, worded
+from ..structure.components import worded
 from . import style
 
 _DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
@@ -47,7 +47,7 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
     """
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
-    measure = numbered(measure or default_measure(branch), getattr(branch, "states", ()))
+    measure = worded(measure or default_measure(branch), getattr(branch, "states", ()))
     lines, at_points = runs(branch, measure)
     for word, contact, stable, px, py in lines:
         color = style.BLACK if contact is None else (style.IMPACTING if contact else style.FREE)
@@ -66,8 +66,7 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
             ax.plot([point.parameter], [value], linestyle="none", marker=marker, markersize=6.5 if marker == "*" else 5,
                     markerfacecolor=face, markeredgecolor="black", markeredgewidth=0.8, label=word, zorder=5)
     ax.set_xlabel(style.parameter_label(branch.parameter))
-    words = worded(measure, getattr(branch, "states", ()))
-    ax.set_ylabel(style.measure_label(words, single=_column(branch, "rms_1") is None))
+    ax.set_ylabel(style.measure_label(measure, single=_column(branch, "rms_1") is None))
     style.legend(ax)
     return ax
 

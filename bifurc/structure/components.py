@@ -56,13 +56,18 @@ def state_of(owner: str, given: Mapping, n: int, ns: int, states: Sequence[str] 
     return found
 
 
-def numbered(column: str, states: Sequence[str]) -> str:
+def states_of(shown) -> tuple[str, ...]:
+    """Return the names of the states of what belongs to a system of first order; none of anything else."""
+    return getattr(getattr(shown, "system", None), "states", ())
+
+
+def by_number(column: str, states: Sequence[str]) -> str:
     """Return the name of a column by the number of its component: ``max_v`` is ``max_0`` where v is the first state."""
     kind, _, name = column.partition("_")
     return f"{kind}_{list(states).index(name)}" if kind in MEASURES and name in states else column
 
 
 def worded(column: str, states: Sequence[str]) -> str:
-    """Return the name of a column by the name of its component, see `numbered`."""
+    """Return the name of a column by the name of its component, see `by_number`."""
     kind, _, number_ = column.partition("_")
     return f"{kind}_{states[int(number_)]}" if kind in MEASURES and number_.isdecimal() and int(number_) < len(states) else column

@@ -1,8 +1,12 @@
 """States are known by the names that the user gave them: starts, grids, sections, regions, columns and pictures."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.cli.common import UsageError, check_measure
+from bifurc.explore import model, pictures
 
 F, S = bf.AffineField, bf.AffineSurface
 A = [[0.0, 1.0], [-1.0, -0.1]]
@@ -64,6 +68,40 @@ def test_sections_and_columns():
     assert branch.plot(measure="max_v").get_ylabel() == branch.plot(measure="max_1").get_ylabel() == "max v"
     rests = bf.trace(bf.find_equilibrium(chua, {"x": 1.4, "z": -1.4}), "alpha", bounds=(4.0, 6.0))
     np.testing.assert_allclose(rests.column("q_x"), 1.5)
+
+
+def test_special_points_peaks_and_curves_go_by_names():
+    branch = bf.trace(bf.find_orbit(belt(V=0.95)), "omega", bounds=(0.7, 1.6), peaks="max_v")
+    assert branch.special_points.of("peak") and {point.name for point in branch.special_points.of("peak")} == {"max_v"}
+    for point in branch.special_points:
+        assert "rms_x" in point.measures and "max_1" in point.measures and "max_2" not in point.measures
+        assert point.measures["max_v"] == point.measures["max_1"] == pytest.approx(point.solution.maximum(1))
+    curve = bf.trace_curve(branch.special_points.of("peak")[0], ("omega", "V"), bounds={"omega": (0.7, 1.6), "V": (0.93, 0.97)})
+    assert np.array_equal(curve.column("max_v"), curve.column("max_1")) and "rms_x" in curve.column_names
+
+
+def test_the_explorer_shows_names(tmp_path):
+    session = model.Session(model.of_system(belt(), "V", (0.85, 0.95), window={"x": (-1.0, 1.0), "v": (-1.0, 1.0)}))
+    for step in (model.begin, model.trace_here):
+        session.put(step(session.now))
+    assert session.now.measure == "rms_x" and set(model.around(session.now)) == {"x", "v"}
+    for measure in ("rms_x", "max_v"):
+        shown = replace(session.now, measure=measure)
+        branch = shown.branches[0].value
+        lines = pictures.diagram(shown)["lines"]
+        assert sum(map(len, lines["xs"])) >= len(branch) and np.isin(branch.column(measure), np.concatenate(lines["ys"])).all()
+        assert model.pick(shown, branch.column("V")[3], branch.column(measure)[3], (0.1, 1.0))["place"] == (0, 3)
+    branch.save(tmp_path / "branch.npz")
+    again = model.of_result(bf.load(tmp_path / "branch.npz", elements=[belt().builder]), "branch.npz")
+    assert again.measure == "rms_x" and pictures.diagram(again)["lines"]["xs"]
+
+
+def test_the_command_line_knows_names():
+    for measure in ("max_v", "h1_x", "rms_1"):
+        assert check_measure(measure, belt()) == measure
+    for measure in ("max_q", "rms_2", "v"):
+        with pytest.raises(UsageError, match=r"there are max_x \.\. max_v, min_x"):
+            check_measure(measure, belt())
 
 
 @pytest.mark.parametrize("use", [

@@ -10,7 +10,7 @@ from ... import io, plotting
 from ...checks import EQUATIONS, checked, floats, number, of, refused, whole, word
 from ...content import Content
 from ...notebook import Notebook
-from ...structure.components import numbered, worded
+from ...structure.components import worded
 from ..kinds import End, StopReason
 from ..registry import EXTEND, named
 from ..resimulation import EDGE
@@ -163,8 +163,7 @@ class Branch(Content, Notebook):
     @property
     def column_names(self) -> tuple[str, ...]:
         """Names that `column` knows."""
-        measures = [worded(name, self.states) for name in self._measure_names()]
-        names = ["step", "s", self.parameter, *measures, *self._recorded()]
+        names = ["step", "s", self.parameter, *self._measure_names(), *self._recorded()]
         return tuple(dict.fromkeys([*names, "iterations", "residual", "angle"]))
 
     @checked(name=word)
@@ -184,11 +183,11 @@ class Branch(Content, Notebook):
             return arrays[name].copy()
         if name in self._recorded():
             return arrays["recorded/" + name].copy()
-        given, name = name, numbered(name, self.states)
+        name = worded(name, self.states)
         if name not in self._measure_names():
             if self.parameter.endswith("." + name):  # as `trace` was asked for it
                 return arrays["parameter"].copy()
-            raise KeyError(f"no column {given!r}; there are {', '.join(self.column_names)}")
+            raise KeyError(f"no column {name!r}; there are {', '.join(self.column_names)}")
         if name not in self._columns:
             self._columns[name] = self._measured(name)
         return self._columns[name].copy()
@@ -323,7 +322,7 @@ class Branch(Content, Notebook):
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states of a system of first order, see `System.states`."""
-        return getattr(getattr(self.problems[0], "system", None), "states", ())
+        return self.problems[0].states
 
     def _measure_names(self):
         return list(dict.fromkeys(name for problem in self.problems for name in problem.measure_names))

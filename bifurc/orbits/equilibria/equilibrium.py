@@ -437,7 +437,7 @@ def _guess(scene: Scene, guess) -> np.ndarray:
                  if isinstance(guess, Mapping) else floats(guess))
     if given is None:
         raise refused("find_equilibrium", "guess", guess, "positions, a state, an Equilibrium or an orbit")
-    if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
+    if given.shape not in {(scene.n or scene.ns,), (2 * scene.n or scene.ns,), (scene.ns,)}:
         raise ValueError(f"guess has shape {given.shape}; it must be ({scene.n},) positions, or a state ({scene.ns},)")
     if not np.isfinite(given).all():
         raise refused("find_equilibrium", "guess", guess, "finite")
