@@ -53,6 +53,52 @@ def test_a_branch_passes_a_boundary_equilibrium_or_turns_back(g, low, high, begi
     assert on.any() and (~on).any()
 
 
+@pytest.mark.parametrize("key", ["-", "+", "slide"])
+@pytest.mark.parametrize("g", [PERSISTS, FOLDS])
+@pytest.mark.parametrize("mu", [-0.4, 0.4])
+def test_a_branch_of_a_virtual_equilibrium_goes_through_the_boundary(g, mu, key):
+    """The equilibria A x + (0, mu) = 0, A x + (0, mu) + g = 0 and C x = 0 of each mode, whether it holds there or not: up to where
+    a regular or pseudo-equilibrium goes on as the other one."""
+    closed = {"-": lambda mu: np.linalg.solve(A, (0.0, -mu)), "+": lambda mu: np.linalg.solve(A, np.subtract((0.0, -mu), g)),
+              "slide": lambda mu: (mu / 3.0 if g == PERSISTS else 2.0 * mu, 0.0)}
+    rest = {one.contacts["automaton"]: one for one in equilibria(boundary(g, mu))}[key]
+    if not rest.virtual:
+        return
+    branch = bf.trace(rest, "mu", bounds=(-1.0, 1.0))
+    where, virtual = branch.column("mu"), branch.column("virtual").astype(bool)
+    states = np.array([branch.column("q_x"), branch.column("q_y")]).T
+    np.testing.assert_allclose(states, [closed[key](value) for value in where], atol=1e-12)
+    assert branch.audit.ok and sorted(where[[0, -1]]) == pytest.approx([-1.0, 1.0])
+    assert [point.kind for point in branch.special_points] == ["boundary_equilibrium"] * (key != "+")
+    far = np.abs(where) > 1e-12
+    assert (virtual[far] == ((where[far] * mu > 0.0) | (key == "+"))).all()
+    assert (branch.column("stable") == None)[virtual].all()  # noqa: E711  an array of True, False and None
+    assert all(branch.orbits[i].virtual for i in np.flatnonzero(virtual & far))
+
+
+@pytest.mark.parametrize(("switch", "threshold"), [({"sliding": False}, 0.0), ({"hysteresis": (-0.2, 0.1)}, 0.15)])
+def test_where_nothing_else_rests_an_equilibrium_goes_on_as_a_virtual_one(switch, threshold, tmp_path):
+    """y = 2 mu/3 meets the surface where motions below leave it."""
+    fields = {"-": F(A, lambda mu: [0.0, mu]), "+": F(A, lambda mu: [0.5, mu - 1.0])}
+    system = bf.PiecewiseSystem("x y", fields, [bf.Switch(S([0.0, 1.0]), **switch)], mu=-0.3)
+    branch = bf.trace(bf.find_equilibrium(system, {"x": -0.2, "y": -0.2}), "mu", bounds=(-1.0, 0.5))
+    branch.save(tmp_path / "branch.npz")
+    for one in (branch, bf.load(tmp_path / "branch.npz", elements=[system.builder]).extend(bounds=(-1.0, 1.0))):
+        [point] = one.special_points
+        assert point.kind == "boundary_equilibrium" and point.parameter == pytest.approx(threshold, abs=1e-13)
+        assert (one.column("virtual").astype(bool) == (one.column("mu") > threshold + 1e-13))[1:].mean() > 0.9 and one.audit.ok
+        assert one.column("q_y") == pytest.approx(2.0 * one.column("mu") / 3.0) and "virtual" in point.after
+    assert one.column("mu").max() == 1.0
+
+
+def test_a_hopf_point_of_a_virtual_equilibrium_is_none():
+    """Below y = 0 the field turns round (0, 1), where it does not hold; its spiral opens at mu = 0."""
+    fields = {"-": F(lambda mu: [[mu, -1.0], [1.0, mu]], lambda mu: [1.0, -mu]), "+": F(-np.eye(2), [0.0, -1.0])}
+    system = bf.PiecewiseSystem("x y", fields, [bf.Switch(S([0.0, 1.0]), sliding=False)], mu=-0.3)
+    [rest] = [one for one in equilibria(system) if one.contacts["automaton"] == "-"]
+    assert rest.virtual and not len(bf.trace(rest, "mu", bounds=(-0.5, 0.5)).special_points)
+
+
 def test_virtual_equilibria_are_listed_and_not_found():
     found = {rest.contacts["automaton"]: rest for rest in equilibria(boundary(PERSISTS, 0.3))}
     assert {key: rest.virtual for key, rest in found.items()} == {"-": True, "+": True, "slide": False}
