@@ -114,7 +114,12 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
         else:
             whole = int(np.floor(length / period))
             end = _carry(begin[0] + whole, begin[1] + (length - whole * period), period)
-    return integrate(scene, y0, begin, end, max_events, None if mode is None else checked_mode(scene, mode))
+    try:
+        return integrate(scene, y0, begin, end, max_events, None if mode is None else checked_mode(scene, mode))
+    except settle.Inconsistent as error:
+        if scene.n:
+            raise
+        raise settle.Penetration(f"y0 = {y0.tolist()} lies in no mode; {error}") from None
 
 
 def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
