@@ -224,3 +224,16 @@ def test_a_search_for_orbits_says_that_the_motion_rests():
 def test_cells_of_a_map_know_rests_of_both_kinds():
     found = bf.cell_mapping(bistable(omega=2.0), bf.Grid(w0=(-2.05, 2.0, 20), w1=(-2.0, 2.1, 20)), periods=4, audit=100)
     np.testing.assert_allclose(sorted(item.state[0] for item in found.attractors), [-1.0, 1.0], atol=1e-12)
+
+
+def test_maps_at_phase_zero_know_pseudo_equilibria():
+    """x' = -x, y' = -sgn(y) + 0.3 with a clock that nothing reads: all starts end on the surface y = 0, in the origin."""
+    system = bf.PiecewiseSystem("x y", {"-": F(np.diag([-1.0, 0.0]), [0.0, 1.3]), "+": F(np.diag([-1.0, 0.0]), [0.0, -0.7])},
+                                [bf.Switch(S([0.0, 1.0]))], omega=3.0)
+    cells = bf.cell_mapping(system, bf.Grid(x=(-1.0, 1.1, 15), y=(-1.05, 1.0, 15)), periods=3, audit=50)
+    basins = bf.basins_of_attraction(system, bf.Grid(x=(-2.0, 2.0, 6), y=(-1.0, 1.0, 7)), seed=1)
+    for found in (cells, basins):
+        [rest] = found.attractors
+        np.testing.assert_allclose(rest.state, 0.0, atol=1e-12)
+        assert rest.mode == ("slide",) and rest.stable
+    assert basins.counts[0] == 42 and (cells.labels == 0).all()

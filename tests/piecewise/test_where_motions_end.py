@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.compose.scene import scene_of
+from bifurc.ensemble.integrator import Integrator
+from bifurc.ensemble.outcomes import REACHED, STUCK
 
 F, S, R = bf.AffineField, bf.AffineSurface, bf.AffineReset
 STILL = np.zeros((2, 2))
@@ -145,3 +148,16 @@ def test_resets_of_one_instant_follow_each_other():
         bf.Jump("down", S([1.0, 0.0], -1.0), to="down", reset=R(np.eye(2), [-1.0, 1.0]))])
     motion = bf.simulate(steps, (0.0, 0.0), duration=5.5)
     assert motion.success and motion.final == pytest.approx([0.5, 5.0]) and len(motion.events) == 6
+
+
+def test_images_of_cells_do_not_end_in_a_two_fold():
+    """Slides come to (0, 0) after the time -x; beside the surface motions go on: y = x^2/2 above it."""
+    fields = {side: F([[0.0, 0.0], [slope, 0.0]], [1.0, 0.0]) for side, slope in (("-", -1.0), ("+", 1.0))}
+    clocked = bf.PiecewiseSystem("x y", fields, [bf.Switch(S([0.0, 1.0]))], omega=2.0 * np.pi)
+    starts = np.array([[-0.5, 0.0], [-1.5, 0.0], [-0.5, 1.0], [0.5, 0.3], [0.5, 0.0]])
+    integrator = Integrator(scene_of(clocked), 500)
+    for periods, ended in ((1, [True, False, False, False, True]), (3, [True, True, False, False, True])):
+        images = integrator.propagate(starts.copy(), periods)
+        assert (images.outcomes == np.where(ended, STUCK, REACHED)).all()
+        x, y = starts[2:4].T
+        np.testing.assert_allclose(images.ends[2:4], np.array([x + periods, y + 0.5 * ((x + periods)**2 - x * x)]).T)
