@@ -63,8 +63,9 @@ def with_peaks(problem, peaks):
     ValueError
         Naming a measure that the problem does not have.
     """
-    names = tuple(worded(name, problem.states) for name in checked_peaks(
-        peaks, (*problem.measure_names, *(by_number(name, problem.states) for name in problem.measure_names if problem.states))))
+    states = getattr(problem, "states", ())
+    known = (*problem.measure_names, *(by_number(name, states) for name in problem.measure_names if states))
+    names = tuple(worded(name, states) for name in checked_peaks(peaks, known))
     return WithPeaks(problem, names) if names else problem
 
 

@@ -322,7 +322,7 @@ class Branch(Content, Notebook):
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states of a system of first order, see `System.states`."""
-        return self.problems[0].states
+        return getattr(self.problems[0], "states", ())
 
     def _measure_names(self):
         return list(dict.fromkeys(name for problem in self.problems for name in problem.measure_names))
