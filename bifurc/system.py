@@ -384,6 +384,11 @@ class System:
         return tuple(order)
 
     @functools.cached_property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states of a system of first order, see `piecewise`; none of a system with degrees of freedom."""
+        return () if self.n else tuple(name for element in self.elements for name in element.memory)
+
+    @functools.cached_property
     def together(self) -> tuple[tuple[int, float], ...]:
         """For each element the first dry friction on its row, with which it rests and moves off, and how many times the row of that
         one its own is (-1: it runs the other way); itself where there is none.  That may be so at one value of a parameter only."""

@@ -307,6 +307,33 @@ class Scene:
         """Return the status of a motion that ends in a mode; None where it goes on."""
         return next((status for e, key, status in self._final if key == self.keys[mode][e]), None)
 
+    @functools.cached_property
+    def _has_regions(self) -> bool:
+        return any(element.regions or element.slides for element in self.system.elements)
+
+    def region(self, mode: int) -> tuple[str, ...]:
+        """Return the sides of surfaces on which the fields of a mode act; empty where none of its elements has such regions."""
+        if not self._has_regions:
+            return ()
+        return tuple(sides for element, own in zip(self.system.elements, self.keys[mode], strict=True)
+                     for key, sides in element.regions if key == own)
+
+    def ended(self, mode: int, status: str) -> int:
+        """Return the mode with which a motion ends with a status that one of its elements knows."""
+        e, key = next((e, key) for e, element in enumerate(self.system.elements) for key, own in element.final if own == status)
+        return self.index(self._with_key(self.keys[mode], e, key))
+
+    def kept(self, mode: int) -> list[tuple[int, int]]:
+        """Return the guards (mode, guard) that vanish while a mode lasts that slides along surfaces of fields of first order."""
+        found: list[tuple[int, int]] = []
+        if not self._has_regions:
+            return found
+        for e, (element, own) in enumerate(zip(self.system.elements, self.keys[mode], strict=True)):
+            for other, number in dict(element.slides).get(own, ()):
+                beside = self.index(self._with_key(self.keys[mode], e, other))
+                found.append((beside, self.guards_of(beside, e)[number]))
+        return found
+
     # memory
 
     def memory_of(self, element: int) -> slice:

@@ -4,7 +4,7 @@ import numpy as np
 from ..compose.scene import Scene
 from ..elements import EventKind
 from .integrator import FAILED, Cells, Targets, integrated
-from .outcomes import REACHED, UNSETTLED
+from .outcomes import REACHED, STUCK, UNSETTLED
 from .proximity import boxed, nearest
 from .section import Section
 
@@ -71,7 +71,7 @@ class SectionIntegrator:
                 cells.labels[i], cells.states[i] = found, REACHED
                 return
             if not motion.success:
-                cells.states[i] = FAILED[motion.status]
+                cells.states[i] = FAILED.get(motion.status, STUCK)
                 return
             if cells.periods[i] >= most:
                 return

@@ -150,9 +150,9 @@ def start(scene, x, keys=None):
                 if T.kick[m, g]:  # whatever the mode
                     x[:scene.ns] -= direction * value
         why = rule.broken(m, y, rule.sizes(m, y))
-        why += [("memory", e) for e in displaced(scene, m, y)]
+        why += [("memory", e) for e in displaced(scene, m, y)] + [("surface", e) for e in _aside(scene, m, y)]
         if not why:
-            return m, y
+            return (m if keys is not None else _unique(scene, rule, m, y)), y
         events = [w for w in why if w[0] == "guard" and w[2] > 0]
         if arriving is None and len(events) == len(why):
             arriving = m, y
@@ -168,6 +168,44 @@ def start(scene, x, keys=None):
         raise Penetration(f"y0 lies {deepest[1]:.6g} beyond the stop {deepest[0]!r}; a start must be on the free side of "
                           "every rigid stop, or on it")
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
+
+
+def _unique(scene, rule, m, x) -> int:
+    """Return mode ``m``, which may start at ``x`` (nx,), or that in which a motion ends where a region beside it may start, too.
+
+    Both stay on the surface with one field: it is one motion.  Where all guards that are zero are tangent the point is a two-fold.
+    """
+    own = scene.region(m)
+    if not own:
+        return m
+    told = _zeros(scene, rule, m, x)
+    if not told:
+        return m
+    for other in scene.start_modes():
+        if scene.region(other) in ((), own) or rule.broken(other, x, rule.sizes(other, x)):
+            continue
+        both = told + _zeros(scene, rule, other, x)
+        T = scene.tables
+        change, size = (T.A[other] - T.A[m]) @ x, (np.abs(T.A[other]) + np.abs(T.A[m])) @ np.abs(x)
+        if any(sign for sign, _ in both) or (np.abs(change) > NOISE * size).any():
+            return scene.ended(m, "escaping" if any(order == 1 for _, order in both) else "two_fold")
+    return m
+
+
+def _zeros(scene, rule, m, x) -> list[tuple[int, int]]:
+    """Return sign and order of the guards of mode ``m`` that are zero at ``x`` (nx,), see `Rule.inside`."""
+    found = (rule.inside(m, g, x) for g in range(scene.tables.n_guards[m]))
+    return [(sign, order) for sign, order in found if order > 0]
+
+
+def _aside(scene, m, x) -> list[int]:
+    """Return the elements that slide in mode ``m`` along a surface on which ``x`` (nx,) does not lie."""
+    found = []
+    for other, g in scene.kept(m):
+        value, size = _value(scene, other, g, x)
+        if abs(value) > PENETRATION * size:
+            found.append(scene.guard(other, g).element)
+    return found
 
 
 def _throws_back(scene, m, g) -> bool:
@@ -273,6 +311,12 @@ def decide(scene, m, g, x, arrive):
         if value > PENETRATION * size:  # at once, by another's impact: nothing is to be put right
             y[:scene.ns] += value * T.D[m, g]
     return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(m, x), rule.sizes(m, y)), x)
+
+
+def jumped_on(scene, m, g, x):
+    """Return mode and state after a jump (guard ``g`` of mode ``m`` at ``x``, (nx,)) beyond a jump of the mode that it leads to."""
+    after = scene.combine(m, scene.guard(m, g).element, scene.followers(m, g, x)[0])
+    return (m if after is None else after), Rule(scene).jumped(m, g, x, 0.0)
 
 
 def come_to_rest(scene, m, g, x, arrive):
@@ -451,6 +495,8 @@ def _say(scene, m, why):
             parts.append(f"{scene.system.labels[w[1]]} is not at rest")
         elif w[0] == "memory":
             parts.append(f"{scene.system.labels[w[1]]} is not at its limit")
+        elif w[0] == "surface":
+            parts.append(f"{scene.system.labels[w[1]]} is not on its surface")
         else:
             name = scene.element_name(m, w[1])
             parts.append(f"{name} is past its {scene.event_kind(m, w[1])}" if w[2] == 0 else

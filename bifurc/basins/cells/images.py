@@ -62,7 +62,7 @@ class Carrier:
             ends, outcomes = self._iterated(states)
         else:
             found, scene = self.map.apply(states, self.periods), self.map.scene
-            ends, outcomes = found.ends[:, list(self.grid.places(scene.n, scene.ns))], found.outcomes
+            ends, outcomes = found.ends[:, list(self.grid.places(scene.n, scene.ns, scene.system.states))], found.outcomes
         good = outcomes == 0
         return ends, outcomes, np.where(good, self.grid.cells_of(np.where(good[:, None], ends, np.nan)), -1)
 
