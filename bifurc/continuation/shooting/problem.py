@@ -387,7 +387,7 @@ class OrbitProblem(Problem):
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""
-        return directions if self._halves is None else branching.splitting(directions)
+        return directions if self._halves is None else branching.splitting(self.sequence, directions)
 
     def _apart(self, x) -> float:
         """How much the two halves of a doubled orbit differ at ``x`` (n + 1,), scaled."""
