@@ -2,13 +2,13 @@
 
 See `elements.friction.joint`.  Rows that depend on each other are held by some of them; reactions of these say where the load is.
 """
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..elements import Affine, EventKind, Guard
-from ..elements.friction.joint import RANK, Joint, dependence, facets, groups
+from ..elements.friction.joint import Joint, dependence, facets, groups
 from ..elements.friction.together import LAM
 from ..elements.local import affine, lam
 
@@ -64,11 +64,9 @@ def carried(packer: "Packer", keys: tuple) -> tuple[tuple[int, Hashable], ...]:
     return packer.carries[keys]
 
 
-def within(row, rows: Iterable) -> bool:
+def within(row: np.ndarray, rows: list[np.ndarray]) -> bool:
     """Return whether a row (nx,) depends on others."""
-    rows = [other / np.linalg.norm(other) for other in rows]
-    size = np.linalg.norm(row)
-    return bool(rows) and bool(np.abs(row - np.linalg.lstsq(np.array(rows).T, row, rcond=None)[0] @ rows).max() <= RANK * size)
+    return len(rows) in dependence(np.array([*rows, row]))[1]
 
 
 def limit(packer: "Packer", element: int, key: Hashable, way: float) -> Limit | None:

@@ -3,8 +3,8 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..elements import EventKind
-from .integrator import FAILED, Cells, Targets, integrated
-from .outcomes import REACHED, STUCK, UNSETTLED
+from .integrator import Cells, Targets, failed, integrated
+from .outcomes import REACHED, UNSETTLED
 from .proximity import boxed, nearest
 from .section import Section
 
@@ -71,7 +71,7 @@ class SectionIntegrator:
                 cells.labels[i], cells.states[i] = found, REACHED
                 return
             if not motion.success:
-                cells.states[i] = FAILED.get(motion.status, STUCK)
+                cells.states[i] = failed(motion.status)
                 return
             if cells.periods[i] >= most:
                 return

@@ -178,13 +178,13 @@ def _unique(scene, rule, m, x) -> int:
     own = scene.region(m)
     if not own:
         return m
-    told = _zeros(scene, rule, m, x)
-    if not told:
+    zeros = _zeros(scene, rule, m, x)
+    if not zeros:
         return m
     for other in scene.start_modes():
         if scene.region(other) in ((), own) or rule.broken(other, x, rule.sizes(other, x)):
             continue
-        both = told + _zeros(scene, rule, other, x)
+        both = zeros + _zeros(scene, rule, other, x)
         T = scene.tables
         change, size = (T.A[other] - T.A[m]) @ x, (np.abs(T.A[other]) + np.abs(T.A[m])) @ np.abs(x)
         if any(sign for sign, _ in both) or (np.abs(change) > NOISE * size).any():

@@ -3,14 +3,14 @@ import numpy as np
 
 CYCLE = 8  # events at most after which the same guards fire again
 CYCLES = 6  # that must be seen
-AGREE = 1e-3  # of the last durations: by so much the ends that they foretell may differ
+AGREE = 1e-3  # of the last durations: by so much the ends that they predict may differ
 
 
 def accumulation(rows: np.ndarray, times: np.ndarray) -> tuple[float, float] | None:
     """Return the time at which the durations between events, listed in ``rows`` (N, 5) of a motion at ``times`` (N,), come to an
     end, and its error; None where they do not fall geometrically.
 
-    Of what the cycles of events foretell, by Aitken's rule, the two that differ least are taken: earlier ones are not yet
+    Of what the cycles of events predict, by Aitken's rule, the two that differ least are taken: earlier ones are not yet
     geometric, in later ones rounding shows.
     """
     for cycle in range(1, CYCLE + 1):
@@ -27,9 +27,10 @@ def accumulation(rows: np.ndarray, times: np.ndarray) -> tuple[float, float] | N
         if len(spans) < CYCLES or not spans[-1] > 0.0:
             continue
         ratio = spans[1:] / spans[:-1]
-        told = ends[2:] + spans[1:] * ratio / (1.0 - ratio)
-        differ = np.abs(np.diff(told))
+        predicted = ends[2:] + spans[1:] * ratio / (1.0 - ratio)
+        differ = np.abs(np.diff(predicted))
         best = int(np.argmin(differ))
-        if abs(told[best + 1] - ends[-1]) <= AGREE * (ends[-1] - ends[0]) and differ[best] <= AGREE * spans[best + 1]:
-            return float(told[best + 1]), float(max(differ[best], len(times) * np.spacing(told[best + 1])))  # each time is rounded
+        if abs(predicted[best + 1] - ends[-1]) <= AGREE * (ends[-1] - ends[0]) and differ[best] <= AGREE * spans[best + 1]:
+            end = float(predicted[best + 1])
+            return end, float(max(differ[best], len(times) * np.spacing(end)))  # each time is rounded
     return None
