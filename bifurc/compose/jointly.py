@@ -64,6 +64,17 @@ def carried(packer: "Packer", keys: tuple) -> tuple[tuple[int, Hashable], ...]:
     return packer.carries[keys]
 
 
+def slips(packer: "Packer", keys: tuple, x: np.ndarray, noise: np.ndarray) -> dict[int, Hashable]:
+    """Return the frictions that rest by their keys but move at ``x`` (nx,), by more than its ``noise`` (nx,), with their slips."""
+    found = {}
+    for e in packer.frictions:
+        for hold in packer.mode(e, keys[e]).hold:
+            row = packer.sites[e].S[hold.row]
+            if abs(row @ x) > np.abs(row) @ noise and (least := limit(packer, e, keys[e], row @ x)) is not None:
+                found[e] = least.key
+    return found
+
+
 def within(row: np.ndarray, rows: list[np.ndarray]) -> bool:
     """Return whether a row (nx,) depends on others."""
     return len(rows) in dependence(np.array([*rows, row]))[1]

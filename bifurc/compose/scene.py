@@ -21,7 +21,7 @@ from ..elements import EventKind, Frame, Guard
 from ..elements.friction.joint import Joint
 from ..elements.friction.together import includes, key_of
 from ..system import System
-from .jointly import FIRST, carried
+from .jointly import FIRST, carried, slips
 from .numbers import Block, DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
 from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
@@ -395,6 +395,11 @@ class Scene:
         """Return the joined state ``x`` (nx,) with the speeds of rows that a mode holds taken away by inertia, and its sizes."""
         return self._packer.put_to_rest(self.keys[mode], x)
 
+    def taken_along(self, mode: int, x: np.ndarray, noise: np.ndarray) -> dict[int, Hashable]:
+        """Return the frictions that rest in a mode but move at ``x`` (nx,), by more than its ``noise`` (nx,), each with the key of
+        that slip; none where nothing rests jointly."""
+        return slips(self._packer, self.keys[mode], x, noise)
+
     # symmetry
 
     def mirror(self, mode: int) -> int:
@@ -583,20 +588,20 @@ class Scene:
         return bool(holds) and not self.is_curved(element) and all(hold.surface is None for hold in holds)
 
     def _with_keys(self, keys: tuple, changes: dict[int, Hashable]) -> tuple:
-        """Return the keys of a mode with those of some elements changed."""
+        """Return the keys of a mode with those of some elements changed together, and with them those of others that rest together
+        with these, or jointly where some of these come to rest."""
+        changed: dict[int, Hashable] = {}
         for element, key in changes.items():
-            keys = self._with_key(keys, element, key)
+            changed |= key_of(self.system.elements, self.together, element, key)
+        keys = tuple(changed.get(e, own) for e, own in enumerate(keys))
+        if self.joints and any(not isinstance(key, Joint) and self._packer.mode(e, key).hold for e, key in changes.items()):
+            if others := carried(self._packer, keys):
+                return self._with_key(keys, others[0][0], Joint(others))
         return keys
 
     def _with_key(self, keys: tuple, element: int, key: Hashable) -> tuple:
-        """Return the keys of a mode with that of one element changed, and with it those of others that rest together with it, or
-        jointly where it comes to rest."""
-        changes = key_of(self.system.elements, self.together, element, key)
-        keys = tuple(changes.get(e, own) for e, own in enumerate(keys))
-        if self.joints and not isinstance(key, Joint) and self._packer.mode(element, key).hold:
-            if others := carried(self._packer, keys):
-                return self._with_key(keys, element, Joint(others))
-        return keys
+        """Return the keys of a mode with that of one element changed, see `_with_keys`."""
+        return self._with_keys(keys, {element: key})
 
     def _possible(self, keys: tuple) -> bool:
         """Return whether the rows held together are independent, and contacts that rest together do."""

@@ -419,9 +419,10 @@ def _restings(scene, m, touching, x):
 def _follow(scene, rule, m, y, joined, scale, x):
     """Return the first admissible mode after ``m`` at ``y`` (nx,), and the state; ``joined``: elements and their fired guards.
 
-    ``scale`` (nx,) is what rounding is measured by, ``x`` (nx,) the state before the event.
+    ``scale`` (nx,) is what rounding is measured by, ``x`` (nx,) the state before the event.  Frictions that rested jointly and that
+    an impulse moves slip as it moves them: their guards know the slips of a slow load alone.
     """
-    owners = set(joined)
+    owners, along = set(joined), scene.taken_along(m, y, NOISE * scale)
     further: dict[int, dict] = {}  # keys of joined elements that follow candidates which another event ends at once
     reasons: dict[int, str] = {}
     slipping: list[int] = []  # behind those in which contacts would rest that others let go, be it jointly
@@ -429,7 +430,7 @@ def _follow(scene, rule, m, y, joined, scale, x):
         missing: dict[int, None] = {}
         striking: dict[int, None] = {}  # will fire by themselves: they join only where nothing else does
         later, waiting, modes = [], [], []
-        for mode in [*slipping, *_combinations(scene, m, joined, further, x)]:
+        for mode in [*slipping, *_combinations(scene, m, joined, further, along, x)]:
             z = y.copy()
             why = rule.broken(mode, z, scale) + [("memory", e) for e in leaping(scene, m, mode, y, owners)]
             if not why:
@@ -477,15 +478,20 @@ def _value(scene, m, g, x):
     return T.G[m, g] @ x, np.abs(T.G[m, g]) @ plain(x, T.A.shape[1])
 
 
-def _combinations(scene, m, joined, further, x):
-    """Yield the modes in which the joined elements take the keys of their guards' `then`, keep theirs, or take `further` keys."""
+def _combinations(scene, m, joined, further, along, x):
+    """Yield the modes in which the joined elements take the keys of their guards' `then`, keep theirs, or take `further` keys.
+
+    Those that are moved ``along`` slip in all.
+    """
     choices = []
     for element, guards in joined.items():
+        if element in along:
+            continue
         keys = [key for g in guards for key in scene.followers(m, g, x)]
         keys = list(dict.fromkeys([*keys, scene.keys[m][element], *further.get(element, ())]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):
-        yield from scene.tried(m, dict(choice))
+        yield from scene.tried(m, along | dict(choice))
 
 
 def _say(scene, m, why):

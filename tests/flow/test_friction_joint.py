@@ -136,3 +136,20 @@ def test_orbits_with_joint_rest_close(name, ratio, seed):
                                - bf.simulate(system, y - h * e, periods=orbit.periods).final) / (2.0 * h) for e in np.eye(len(y))])
     by_hand = np.sort(np.abs(np.linalg.eigvals(slopes)))[-len(orbit.multipliers):]
     np.testing.assert_allclose(np.sort(np.abs(orbit.multipliers)), by_hand, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_an_impact_takes_a_mass_from_another_to_which_it_stuck(restitution):
+    """Both slide as one into the stop of the first: what the inertia of the second takes along is closed form.
+
+    A mode in which the first rests on the stop and sticks to the second would hold the second too; none of that is tried alone.
+    """
+    M, speed = np.array([[1.0, 0.2], [0.2, 1.0]]), 0.3
+    system = bf.System(M, np.zeros((2, 2)), np.zeros((2, 2)), [
+        RigidStop(0.01, restitution, dof=0), Coulomb(0.5, static_ratio=1.3, row=(1, -1)), Coulomb(0.1, row=(0, 1))], omega=1.0)
+    motion = bf.simulate(system, np.array([0.0, 0.0, speed, speed]), duration=0.06)
+    impact = next(event for event in motion.events if event.kind == "impact")
+    before, after = impact.before[2], impact.after[2:4]
+    along = np.linalg.inv(M)[:, 0]
+    np.testing.assert_allclose(after, before - (1.0 + restitution) * before * along / along[0], rtol=0, atol=1e-14)
+    assert motion.success and impact.mode_after[:3] == ("rest" if restitution == 0.0 else "free", "slip-", "slip+")
