@@ -1,7 +1,7 @@
 """`PiecewiseSystem` and `HybridSystem`: systems of first order from fields, surfaces and resets."""
 import itertools
 import keyword
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,8 @@ from ..elements.automaton import Automaton
 from ..elements.kinds import EventKind
 from ..elements.mode import Guard
 from ..system import System, of_states
+from .clock import NAME as CLOCK
+from .clock import Clock, clock_of
 from .fields import AffineField, AffineReset, AffineSurface, Columns, affine
 from .regions import SIDES, Regions
 
@@ -116,6 +118,7 @@ class Plan:
     rules: tuple
     start: tuple[str, ...]
     forced: bool
+    clock: Clock | None = None
 
     @property
     def __name__(self) -> str:
@@ -129,20 +132,24 @@ class Plan:
         omega = values["omega"] if self.forced else None
         harmonics = sorted({k for _, field in self.fields for k in field.harmonics} | {
             k for rule in self.rules for part in (rule.surface, getattr(rule, "reset", None)) if part is not None
-            for k in part.harmonics})
+            for k in part.harmonics} | (set() if self.clock is None else self.clock.harmonics))
         if harmonics and not self.forced:
             raise ValueError(f"{self.kind}: omega = None is not allowed with harmonics of it in fields or surfaces")
-        columns = Columns(len(self.states), tuple(harmonics), omega)
+        columns = Columns(len(self.states) + (self.clock is not None), tuple(harmonics), omega)
         build = self._regions if self.kind == "PiecewiseSystem" else self._jumps
         system = of_states([build(columns, values)], omega)
         system.__dict__["_origin"] = (self, values)
         return system
 
     def _numbers(self, columns, values):
-        n = len(self.states)
-        fields = {name: field.numbers(f"{self.kind}, field {name!r}", (n,), n, columns.harmonics, values)
+        n, clocked = len(self.states), self.clock is not None
+        fields = {name: field.numbers(f"{self.kind}, field {name!r}", (n,), n, columns.harmonics, values, clocked)
                   for name, field in self.fields}
-        surfaces = np.array([rule.surface.numbers(f"{self.kind}, surface {i}", (), n, columns.harmonics, values)
+        if self.clock is not None:
+            runs = np.zeros((1, len(columns.names)))
+            runs[0, columns.n] = 1.0 / self.clock.length(self.kind, values)
+            fields = {name: np.vstack([field, runs]) for name, field in fields.items()}
+        surfaces = np.array([rule.surface.numbers(f"{self.kind}, surface {i}", (), n, columns.harmonics, values, clocked)
                              for i, rule in enumerate(self.rules)]).reshape(len(self.rules), len(columns.names))
         for i in (i for i, h in enumerate(surfaces) if not h[:n].any()):
             raise ValueError(f"{self.kind}: surface {i} has the normal {surfaces[i, :n].tolist()}; it must depend on a state")
@@ -155,19 +162,31 @@ class Plan:
             rule = self.rules[0]
             names = {"-": rule.below, "+": rule.above, "0": "slide"}
             fields = {"-": fields[rule.below], "+": fields[rule.above]}
-        return Regions(self.kind, columns, fields, surfaces, self.rules, names).automaton(self.states)
+        made = Regions(self.kind, columns, fields, surfaces, self.rules, names).automaton(self._names)
+        if self.clock is None:
+            return made
+        still = [not surface[len(self.states)] for surface in surfaces]  # no tick moves it
+        kept = {names.get(sides, sides): all(stays for side, stays in zip(sides, still, strict=True) if side == "0")
+                for sides in map("".join, itertools.product("-+0", repeat=len(self.rules))) if "0" in sides}
+        return self.clock.timed(self.kind, made, columns, values, kept)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.states if self.clock is None else (*self.states, CLOCK)
 
     def _jumps(self, columns, values) -> Automaton:
         fields, surfaces = self._numbers(columns, values)
         n = len(self.states)
         exits: dict[str, list[Guard]] = {name: [] for name in fields}
         for i, (rule, h) in enumerate(zip(self.rules, surfaces, strict=True)):
-            reset = () if rule.reset is None else columns.expressions(
-                rule.reset.numbers(f"{self.kind}, reset {i}", (n,), n, columns.harmonics, values))
+            reset = () if rule.reset is None else columns.expressions(np.vstack([rule.reset.numbers(
+                f"{self.kind}, reset {i}", (n,), n, columns.harmonics, values, self.clock is not None),
+                np.eye(columns.n, len(columns.names))[n:]]))
             kind = EventKind.CROSS if rule.reset is None else EventKind.RESET
             exits[rule.mode].append(Guard(columns.expression(h), kind, rule.to, reset=reset))
-        return Automaton(states=self.states, rates=tuple((name, columns.expressions(field)) for name, field in fields.items()),
+        made = Automaton(states=self._names, rates=tuple((name, columns.expressions(field)) for name, field in fields.items()),
                          exits=tuple((name, tuple(ends)) for name, ends in exits.items()), begins=self.start)
+        return made if self.clock is None else self.clock.timed(self.kind, made, columns, values, {})
 
 
 def names_in(value) -> tuple[str, ...]:
@@ -211,7 +230,8 @@ def planned(plan: Plan, omega, parameters) -> System:
 
 
 def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField], switches: Iterable[Switch], *,
-                    omega: float | None = None, **parameters: float) -> System:
+                    omega: float | None = None, period: float | Callable | None = None, clock: dict | None = None,
+                    **parameters: float) -> System:
     """Return the system x' = F(x, t) of fields on the sides of surfaces, which slides along surfaces to which both sides lead.
 
     Parameters
@@ -266,11 +286,13 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
         raise ValueError(f"{kind}: fields of {', '.join(map(repr, missing))} are missing; there are {', '.join(map(repr, fields))}")
     for name in (name for name in fields if name not in wanted):
         raise ValueError(f"{kind}: the field {name!r} belongs to no side; there are {', '.join(map(repr, wanted))}")
-    return planned(Plan(kind, states, tuple(fields.items()), rules, (), omega is not None), omega, parameters)
+    ticks = clock_of(kind, period, clock, ())
+    return planned(Plan(kind, states, tuple(fields.items()), rules, (), omega is not None, ticks), omega, parameters)
 
 
 def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jumps: Iterable[Jump], *,
-                 start: str | Iterable[str] | None = None, omega: float | None = None, **parameters: float) -> System:
+                 start: str | Iterable[str] | None = None, omega: float | None = None, period: float | Callable | None = None,
+                 clock: dict | None = None, **parameters: float) -> System:
     """Return the system of modes with fields of their own and jumps between them, with resets of the states.
 
     Parameters
@@ -316,4 +338,5 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
     for name in (*begins, *(name for rule in rules for name in (rule.mode, *rule.to))):
         if name not in modes:
             raise ValueError(f"{kind}: the mode {name!r} has no field; there are {', '.join(map(repr, modes))}")
-    return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None), omega, parameters)
+    ticks = clock_of(kind, period, clock, modes)
+    return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None, ticks), omega, parameters)
