@@ -146,7 +146,7 @@ def clock_of(kind: str, period, clock, modes) -> Clock | None:
             raise refused(kind, "clock", at, "parts of a period, numbers or functions of parameters")
         by_mode = what if isinstance(what, dict) else {None: what}
         for mode in (mode for mode in by_mode if mode is not None and mode not in modes):
-            raise ValueError(f"{kind}: clock names the mode {shown(mode)}; there are {', '.join(map(repr, modes)) or 'none to name'}")
+            raise ValueError(f"{kind}: clock names the mode {shown(mode)}; there are {', '.join(map(repr, modes)) or 'no names'}")
         ticks.append((at, tuple((mode, tick_of(kind, what, modes)) for mode, what in by_mode.items())))
     return Clock(period, tuple(ticks))
 
