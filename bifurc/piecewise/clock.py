@@ -88,7 +88,7 @@ class Clock:
             return key if count == 1 or key in final else f"{key}@{k}"
 
         exits = []
-        for k, (place, what) in enumerate(ticks):
+        for k, (place, by_mode) in enumerate(ticks):
             ahead = np.zeros(n + 1 + 2 * len(columns.harmonics))
             ahead[n - 1], ahead[n] = 1.0, -place
             behind = np.zeros_like(ahead)
@@ -96,7 +96,7 @@ class Clock:
             for key, guards in automaton.exits:
                 if key in final:
                     continue
-                tick = what.get(key, what.get(None, Tick()))
+                tick = by_mode.get(key, by_mode.get(None, Tick()))
                 move = np.eye(n, len(ahead))
                 if tick.reset is not None:
                     move[:-1] = tick.reset.numbers(f"{owner}, clock", (n - 1,), n - 1, columns.harmonics, values, True)
@@ -132,10 +132,14 @@ def read_number(owner: str, name: str, value, values: dict[str, float]) -> float
     return float(read(owner, name, value, (), values))
 
 
-def clock_of(kind: str, period, clock, modes) -> Clock | None:
+def clock_of(kind: str, states, omega, period, clock, modes) -> Clock | None:
     """Return the clock of a system's arguments, None where there is none, or raise ValueError."""
     if period is None and clock is None:
         return None
+    if omega is not None:
+        raise ValueError(f"{kind}: omega = {shown(omega)} is not allowed beside a clock: it has the one period that is known")
+    if NAME in states:
+        raise ValueError(f"{kind}: the state {NAME!r} has the name of the clock")
     if period is None:
         raise refused(kind, "period", period, "a time, or a function of parameters, where there is a clock")
     if clock is not None and not isinstance(clock, dict):

@@ -244,6 +244,11 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
     switches : sequence of Switch
     omega : float, optional
         Frequency of the excitation, above 0; None: there is none.
+    period : float or function of parameters, optional
+        Time of a clock, which is the last state, "clock": it runs from 0 to 1 and begins again.  A start may leave it out.
+    clock : dict, optional
+        What happens at known times, by the part of the period, from 0 on and below 1, a number or a function of parameters:
+        "decide" (surfaces may have jumped), an `AffineReset`.
     **parameters : float
         What numbers of fields and surfaces are functions of; all may be varied, followed, and changed with `with_parameters`.
 
@@ -286,7 +291,7 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
         raise ValueError(f"{kind}: fields of {', '.join(map(repr, missing))} are missing; there are {', '.join(map(repr, fields))}")
     for name in (name for name in fields if name not in wanted):
         raise ValueError(f"{kind}: the field {name!r} belongs to no side; there are {', '.join(map(repr, wanted))}")
-    ticks = clock_of(kind, period, clock, ())
+    ticks = clock_of(kind, states, omega, period, clock, ())
     return planned(Plan(kind, states, tuple(fields.items()), rules, (), omega is not None, ticks), omega, parameters)
 
 
@@ -305,6 +310,12 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
         Modes that may hold at a start, in the order in which they are tried; None: all, as they are listed.
     omega : float, optional
         Frequency of the excitation, above 0; None: there is none.
+    period : float or function of parameters, optional
+        Time of a clock, which is the last state, "clock": it runs from 0 to 1 and begins again.  A start may leave it out.
+    clock : dict, optional
+        What happens at known times, by the part of the period, from 0 on and below 1, a number or a function of parameters:
+        "decide" (surfaces may have jumped), an `AffineReset`, the mode that follows or names of some, a pair
+        of them and a reset, or a dict of these by the mode that holds.
     **parameters : float
         What numbers of fields, surfaces and resets are functions of.
 
@@ -338,5 +349,5 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
     for name in (*begins, *(name for rule in rules for name in (rule.mode, *rule.to))):
         if name not in modes:
             raise ValueError(f"{kind}: the mode {name!r} has no field; there are {', '.join(map(repr, modes))}")
-    ticks = clock_of(kind, period, clock, modes)
+    ticks = clock_of(kind, states, omega, period, clock, modes)
     return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None, ticks), omega, parameters)
