@@ -891,10 +891,10 @@ def arguments(case: Case) -> dict[str, str]:
 
 def means(case: Case, name: str, kind: str, value) -> bool:
     """Return whether a value of a pool has a meaning in this place all the same."""
-    if isinstance(value, types.GeneratorType | range):  # an empty list
-        return kind in ("list", "array", "elements", "axes", "states", "start", "place")
     if name == "jumps":
         return isinstance(value, list | range) and not len(value) or isinstance(value, np.ndarray) and value.shape == (0,)
+    if isinstance(value, types.GeneratorType | range):  # an empty list
+        return kind in ("list", "array", "elements", "axes", "states", "start", "place")
     if name in ("bounds", "hysteresis"):
         return isinstance(value, list | np.ndarray) and str(value) in ("[1.0, 2.0]", "[1. 2.]")
     if name == "q0" and case.name == "BasinMap.zoom":
