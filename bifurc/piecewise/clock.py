@@ -4,6 +4,7 @@ Between two ticks every mode is a mode of its own, whose last guard is the value
 engine knows of it: a sawtooth is a surface that is affine in the clock, and jumps where the clock goes back to 0.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -55,7 +56,7 @@ class Clock:
         return number(owner, "period", read_number(owner, "period", self.period, values), above=0.0)
 
     def timed(self, owner: str, automaton: Automaton, columns: Columns, values: dict[str, float],
-              kept: dict[str, bool]) -> Automaton:
+              after: Callable[[str, bool], tuple[str, ...]]) -> Automaton:
         """Return an automaton whose last state is the clock with its ticks.
 
         Parameters
@@ -67,8 +68,8 @@ class Clock:
         columns : Columns
         values : dict of str to float
             Parameters.
-        kept : dict of str to bool
-            Modes that slide, and whether a tick that resets nothing leaves them where they slide.
+        after : callable
+            Gives the modes that may follow a mode at a tick, and with True at one that resets states, in the order they are tried.
         """
         n = columns.n
         ticks: list[tuple[float, dict[str | None, Tick]]] = []
@@ -103,9 +104,7 @@ class Clock:
                 if place == 1.0:
                     move[-1] = 0.0
                 moved = () if tick.reset is None and place < 1.0 else columns.expressions(move)
-                stays = key not in kept or kept[key] and tick.reset is None
-                others = (other for other in automaton.begins if other not in kept)
-                then = tick.to or tuple(dict.fromkeys((*((key,) if stays else ()), *others)))
+                then = tick.to or after(key, tick.reset is not None)
                 ends = [replace(guard, then=tuple(name(other, k) for other in guard.then)) for guard in guards]
                 ends.append(Guard(columns.expression(ahead), EventKind.CLOCK, tuple(name(other, (k + 1) % count) for other in then),
                                   reset=moved))

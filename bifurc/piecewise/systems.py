@@ -166,9 +166,15 @@ class Plan:
         if self.clock is None:
             return made
         still = [not surface[len(self.states)] for surface in surfaces]  # no tick moves it
-        kept = {names.get(sides, sides): all(stays for side, stays in zip(sides, still, strict=True) if side == "0")
-                for sides in map("".join, itertools.product("-+0", repeat=len(self.rules))) if "0" in sides}
-        return self.clock.timed(self.kind, made, columns, values, kept)
+        known = dict(made.rates)
+
+        def after(key: str, reset: bool) -> tuple[str, ...]:
+            sides = next((sides for sides, name in names.items() if name == key), key)
+            each = [("0-+" if side == "0" else side) if stays and not reset else dict.fromkeys(side.strip("0") + "-+")
+                    for side, stays in zip(sides, still, strict=True)]
+            found = ("".join(other) for other in itertools.product(*each))
+            return tuple(name for other in found if (name := names.get(other, other)) in known)
+        return self.clock.timed(self.kind, made, columns, values, after)
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -186,7 +192,8 @@ class Plan:
             exits[rule.mode].append(Guard(columns.expression(h), kind, rule.to, reset=reset))
         made = Automaton(states=self._names, rates=tuple((name, columns.expressions(field)) for name, field in fields.items()),
                          exits=tuple((name, tuple(ends)) for name, ends in exits.items()), begins=self.start)
-        return made if self.clock is None else self.clock.timed(self.kind, made, columns, values, {})
+        return made if self.clock is None else self.clock.timed(
+            self.kind, made, columns, values, lambda key, reset: tuple(dict.fromkeys((key, *made.begins))))
 
 
 def names_in(value) -> tuple[str, ...]:

@@ -89,6 +89,17 @@ def test_a_surface_that_jumps_lets_a_slide_go():
     np.testing.assert_allclose(np.abs(orbit.multipliers), [0.0], atol=1e-13)
 
 
+def test_a_tick_moves_one_of_two_surfaces_on_which_a_motion_slides():
+    """The follower beside y' = -sgn y, which stays on y = 0."""
+    fields = {p + q: F(np.zeros((2, 2)), [1.0 if p == "-" else -1.0, 1.0 if q == "-" else -1.0]) for p in "-+" for q in "-+"}
+    both = bf.PiecewiseSystem("y x", fields, [bf.Switch(S([1.0, 0.0])), bf.Switch(S([0.0, 1.0], ramp=-0.5))], period=1.0,
+                              clock={0.0: "decide"})
+    motion = bf.simulate(both, (0.1, -0.1), duration=2.9)
+    modes = [event.mode_after[0] for event in motion.events if event.time > 0.9]
+    assert modes == ["0+", "00", "0+", "00"] and motion.final == pytest.approx([0.0, 0.45, 0.9], abs=1e-13)
+    assert [event.time % 1.0 for event in motion.events[-3::2]] == pytest.approx([1.0 / 3.0, 1.0 / 3.0])
+
+
 def test_a_slide_that_no_tick_moves_goes_on():
     still = bf.PiecewiseSystem("x", {"-": F([[0.0]], [1.0]), "+": F([[0.0]], [-1.0])}, [bf.Switch(S([1.0], -0.3))], period=1.0,
                                clock={0.0: "decide", 0.4: "decide"})
