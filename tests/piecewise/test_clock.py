@@ -10,6 +10,14 @@ import bifurc as bf
 F, S, R = bf.AffineField, bf.AffineSurface, bf.AffineReset
 
 
+def with_a_time(E=20.0, R_=22.0, L=20e-3, C=47e-6, T=400e-6):
+    """The same converter as modes over v, i and the time of the ramp, which is reset at T."""
+    A, h, offset = [[-1 / (R_ * C), 1 / C, 0], [-1 / L, 0, 0], [0, 0, 0]], np.array([8.4, 0.0, -4.4 / T]), -8.4 * 11.3 - 3.8
+    return bf.HybridSystem("v i time", {"off": F(A, [0, 0, 1]), "on": F(A, [0, E / L, 1])}, [
+        bf.Jump("off", S(-h, -offset), to="on"), bf.Jump("on", S(h, offset), to="off"),
+        *(bf.Jump(mode, S([0, 0, 1], -T), to=("off", "on"), reset=R(np.diag([1.0, 1.0, 0.0]))) for mode in ("off", "on"))])
+
+
 def buck(E=20.0, T=400e-6):
     """On where 8.4 (v - 11.3) is below a ramp from 3.8 to 8.2 V."""
     def A(R, L, C):
@@ -21,10 +29,12 @@ def buck(E=20.0, T=400e-6):
 
 
 def test_a_buck_converter_is_a_ramp_and_a_clock():
-    """The same as one whose ramp's time is a state with a reset."""
+    """The same as one whose ramp's time is a state with a reset, and as the ready one."""
     system, start = buck(), (11.969511538815, 0.591571935915)
+    ready = bf.systems.buck_converter()
+    assert ready.states == system.states and bf.find_orbit(ready, start).state == pytest.approx(bf.find_orbit(system, start).state)
     assert system.states == ("v", "i", "clock") and system.parameters["E"] == 20.0
-    orbit, own = bf.find_orbit(system, start), bf.find_orbit(bf.systems.buck_converter(), (*start, 0.0))
+    orbit, own = bf.find_orbit(system, start), bf.find_orbit(with_a_time(), (*start, 0.0))
     assert orbit.success and orbit.period == pytest.approx(400e-6, rel=1e-12)
     cross, tick = orbit.events
     assert (cross.kind, tick.kind) == ("cross", "clock") and cross.after[2] == pytest.approx(0.402350330388, abs=1e-11)
