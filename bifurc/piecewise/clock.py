@@ -117,7 +117,8 @@ class Clock:
             rates=(*((name(key, k), rate) for k in each for key, rate in automaton.rates if key not in final),
                    *((key, rate) for key, rate in automaton.rates if key in final)),
             exits=(*exits, *((key, ends) for key, ends in automaton.exits if key in final)),
-            begins=tuple(name(key, k) for k in each for key in automaton.begins),
+            begins=tuple(name(key, k) for k in each for key in dict.fromkeys(  # behind a tick what it leads to, if it says so
+                (*(key for tick in ticks[k - 1][1].values() for key in tick.to), *automaton.begins))),
             regions=tuple((name(key, k), sides) for k in each for key, sides in automaton.regions),
             slides=tuple((name(key, k), tuple((name(other, k), g) for other, g in beside))
                          for k in each for key, beside in automaton.slides),

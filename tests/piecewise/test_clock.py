@@ -45,21 +45,21 @@ def test_a_buck_converter_is_a_ramp_and_a_clock():
     assert point.kind == "period_doubling" and point.parameter == pytest.approx(24.516572829, abs=1e-8) and branch.audit.ok
 
 
-@pytest.mark.parametrize("depth", [0.4, 0.1])
+@pytest.mark.parametrize("depth", [0.4, 0.1, -0.4])
 def test_meissners_equation(depth):
-    """x'' + (1 +- depth) x, which changes at 0 and pi: the matrix of a period is a product of two of quarter-plane rotations."""
-    modes = {name: F([[0.0, 1.0], [-1.0 + sign * depth, 0.0]]) for name, sign in (("stiff", -1.0), ("soft", 1.0))}
-    system = bf.HybridSystem("x v", modes, [], period=2.0 * math.pi, clock={0.0: "stiff", 0.5: "soft"})
+    """x'' + (1 +- depth) x, which changes at 0 and pi: the matrix of a period is a product of two."""
+    modes = {name: F([[0.0, 1.0], [-1.0 + sign * depth, 0.0]]) for name, sign in (("later", 1.0), ("first", -1.0))}
+    system = bf.HybridSystem("x v", modes, [], period=2.0 * math.pi, clock={0.0: "first", 0.5: "later"})
     turns = [np.array([[math.cos(w * math.pi), math.sin(w * math.pi) / w], [-w * math.sin(w * math.pi), math.cos(w * math.pi)]])
              for w in (math.sqrt(1.0 + depth), math.sqrt(1.0 - depth))]
     orbit, multipliers = bf.find_orbit(system, (0.0, 0.0)), np.linalg.eigvals(turns[1] @ turns[0])
     assert orbit.success and orbit.period == pytest.approx(2.0 * math.pi)
     np.testing.assert_allclose(np.sort_complex(orbit.multipliers), np.sort_complex(multipliers), atol=1e-11)
-    if depth == 0.4:
+    if abs(depth) == 0.4:
         np.testing.assert_allclose(np.sort(orbit.multipliers.real), [0.805512258674, 1.241446035403], atol=1e-11)
     motion = bf.simulate(system, (1.0, 0.3), duration=4.0 * math.pi)
     np.testing.assert_allclose(motion.final[:2], np.linalg.matrix_power(turns[1] @ turns[0], 2) @ [1.0, 0.3], atol=1e-12)
-    assert [event.mode_after[0].split("@")[0] for event in motion.events][:3] == ["soft", "stiff", "soft"]
+    assert [event.mode_after[0].split("@")[0] for event in motion.events][:3] == ["later", "first", "later"]
 
 
 def test_a_duty_ratio_is_a_parameter():
@@ -131,8 +131,8 @@ def test_a_tent_has_the_exponent_of_its_slopes(growth, slope):
 @pytest.mark.parametrize("p", [0.8, 1.6])
 def test_an_event_that_meets_the_clock_is_a_border_collision(p):
     """x' = p - x from each tick until x = 1, then -x: from p = 1 on there is a switch, and the multiplier is -exp(-1)/(p - 1)."""
-    modes = {"on": F([[-1.0]], lambda p: [p]), "off": F([[-1.0]])}
-    control = bf.HybridSystem("x", modes, [bf.Jump("on", S([1.0], -1.0), to="off")], period=1.0, clock={0.0: "on"}, p=p)
+    modes, limit = {"on": F([[-1.0]], lambda p: [p]), "off": F([[-1.0]])}, S([1.0], lambda top: -top)
+    control = bf.HybridSystem("x", modes, [bf.Jump("on", limit, to="off")], period=1.0, clock={0.0: "on"}, p=p, top=1.0)
     orbit = bf.find_orbit(control, (0.2,))
     assert orbit.success and len(orbit.events) == (1 if p < 1.0 else 2)
     branch = bf.trace(orbit, "p", bounds=(0.5, 3.0))
@@ -141,6 +141,9 @@ def test_an_event_that_meets_the_clock_is_a_border_collision(p):
     low = branch.column("p") < 1.0
     np.testing.assert_allclose(branch.column("max_x")[low], branch.column("p")[low], rtol=1e-12)  # it rests
     np.testing.assert_allclose(branch.column("max_x")[~low], 1.0, rtol=1e-9)
+    curve = bf.trace_curve(branch.special_points[0], ("p", "top"), bounds=((0.5, 3.0), (0.6, 2.0)))
+    np.testing.assert_allclose(curve.column("p"), curve.column("top"), rtol=1e-10)
+    assert curve.column("top").min() == 0.6 and curve.column("top").max() == 2.0
 
 
 def test_files_and_copies():
@@ -171,3 +174,16 @@ def test_what_has_no_clock_has_no_ramp_and_its_state_has_a_name_of_its_own():
         bf.HybridSystem("clock", {"a": F([[-1.0]])}, [], period=1.0)
     with pytest.raises(ValueError, match="y0"):
         bf.simulate(buck(), (1.0, 2.0, 3.0, 4.0), duration=1.0)
+
+
+@pytest.mark.slow
+def test_basins_on_a_section_of_the_clock():
+    """The converter's orbit is the only one, and attracts: voltages and currents at the beginning of a ramp."""
+    system = buck()
+    orbit = bf.find_orbit(system, (12.0, 0.6))
+    basins = bf.basins_of_attraction(system, bf.Grid(v=(11.0, 13.0, 2), i=(0.4, 0.8, 2)), section=bf.Section("clock", 0.5), seed=1)
+    [found] = basins.attractors
+    assert basins.counts[0] == 4 and found.period == pytest.approx(orbit.period)
+    [switch] = [event.after for event in orbit.events if event.kind == "cross"]
+    at = bf.simulate(system, switch, duration=(0.5 - switch[2]) * orbit.period, mode=("on",)).final
+    np.testing.assert_allclose(basins.points(0)[0], at, rtol=1e-8)
