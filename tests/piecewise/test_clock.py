@@ -167,6 +167,15 @@ def test_what_is_no_clock_is_refused(more, words):
         bf.HybridSystem("x", {"a": F([[-1.0]])}, [], **more)
 
 
+def test_what_has_a_clock_never_rests():
+    for guess in (None, (12.0, 0.6), (12.0, 0.6, 0.5), {"v": 12.0}):
+        rest = bf.find_equilibrium(buck(), guess)
+        assert rest.status == "not_found" and "does the field vanish" in rest.message
+    assert bf.piecewise.equilibria(buck()) == () and bf.find_orbit(buck()).period == pytest.approx(400e-6)
+    with pytest.raises(ValueError, match="guess"):
+        bf.find_equilibrium(buck(), (1.0,))
+
+
 def test_what_has_no_clock_has_no_ramp_and_its_state_has_a_name_of_its_own():
     with pytest.raises(ValueError, match="ramp = .* without a clock"):
         bf.HybridSystem("x", {"a": F([[-1.0]], ramp=[1.0])}, [])
