@@ -17,6 +17,7 @@ class EventKind(StrEnum):
     SLIDE_BEGIN = "slide_begin"  # a surface is met, along which the motion slides
     SLIDE_END = "slide_end"  # a slide along a surface ends
     RESET = "reset"  # a reset acts
+    CLOCK = "clock"  # a known time has come
 
     @property
     def code(self) -> int:

@@ -1,9 +1,12 @@
 """Events that vanish from an orbit: the equations without those that have lost their speed or their duration."""
 import numpy as np
 
+from ...elements import EventKind
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, sections
 from .appearing import NEAR
+
+LEAPS = {EventKind.RESET, EventKind.CLOCK}
 
 
 def dropped(problem, x, near=NEAR, staying=frozenset()):
@@ -83,12 +86,14 @@ def turned(scene, items, s):
 
 def merging_nodes(scene, first, second):
     """Return the nodes that replace two at the same instant: none, one, or two in the other order; None: not known."""
-    if second[AFTER] == first[BEFORE]:
-        return []
     a, b = scene.guard(int(first[BEFORE]), int(first[GUARD])), scene.guard(int(second[BEFORE]), int(second[GUARD]))
+    leaps = {own.guard.kind for own in (a, b)} & LEAPS  # states jump still where the other event is gone
+    if second[AFTER] == first[BEFORE] and not leaps:
+        return []
     if a.element == b.element:
         leading = [g for g in (int(first[GUARD]), *scene.guards_of(int(first[BEFORE]), a.element))
-                   if int(second[AFTER]) in scene.expand(int(first[BEFORE]), g).then[int(first[BEFORE]), g].tolist()]
+                   if int(second[AFTER]) in scene.expand(int(first[BEFORE]), g).then[int(first[BEFORE]), g].tolist()
+                   and leaps <= {scene.guard(int(first[BEFORE]), g).guard.kind}]
         return [[first[BEFORE], leading[0], second[AFTER], 0, 0]] if leading else None
     own = scene.guards_of(int(first[BEFORE]), b.element)
     middle = scene.combine(int(first[BEFORE]), b.element, scene.keys[int(second[AFTER])][b.element])
