@@ -97,7 +97,7 @@ DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to tha
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, LEFT, MOVING, HOLDING,
  INFO) = range(21)  # places in the `info` that `correct` fills
 RELEASED, SLIPS = EventKind.RELEASE.code, EventKind.SLIP.code  # where a force can hold no longer
-RESET, CLOCK = EventKind.RESET.code, EventKind.CLOCK.code
+RESET = EventKind.RESET.code
 UNKNOWN = 2  # `locate`: the kernel does not know the test there
 
 
@@ -710,7 +710,7 @@ def starts_beyond(T, nodes, i, q, xp, listed, a):
     if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
         return False
     if T.LP.shape[2] == 0:  # of first order
-        return T.kind[before, guard] == RESET or T.kind[before, guard] == CLOCK or not goes_on(T, before, after, q)
+        return T.kind[before, guard] == RESET or not goes_on(T, before, after, q)
     alike_held = T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after] and not begins_to_hold(T, before, after)
     if T.kick[before, guard] == 0 and alike_held and not leaps(T, before, after, q):
         return False
