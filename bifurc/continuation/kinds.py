@@ -27,6 +27,7 @@ class SpecialPointKind(StrEnum):
     CROSSING_SLIDING = "crossing_sliding"
     SWITCHING_SLIDING = "switching_sliding"
     ADDING_SLIDING = "adding_sliding"
+    BORDER_COLLISION = "border_collision"
     CYCLE_END = "cycle_end"
     HOPF = "hopf"
     BOUNDARY_EQUILIBRIUM = "boundary_equilibrium"
@@ -49,8 +50,8 @@ class SpecialPointKind(StrEnum):
 # kinds of points where an event is touched, born or dies: the equations of one event sequence end there
 BOUNDARIES = (SpecialPointKind.GRAZING, SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION,
               SpecialPointKind.CHATTER_COMPLETION, SpecialPointKind.GRAZING_SLIDING, SpecialPointKind.CROSSING_SLIDING,
-              SpecialPointKind.SWITCHING_SLIDING, SpecialPointKind.ADDING_SLIDING, SpecialPointKind.CYCLE_END,
-              SpecialPointKind.BOUNDARY_EQUILIBRIUM)
+              SpecialPointKind.SWITCHING_SLIDING, SpecialPointKind.ADDING_SLIDING, SpecialPointKind.BORDER_COLLISION,
+              SpecialPointKind.CYCLE_END, SpecialPointKind.BOUNDARY_EQUILIBRIUM)
 
 
 class LocationStatus(DescribedEnum):

@@ -32,6 +32,8 @@ class Automaton(Element):
         "two-fold".
     slides : tuple of (key, tuple of (key, guard))
         Modes that stay on surfaces, and the guards of other modes that vanish there.
+    omitted : int
+        How many of the last states a start may leave out: they are 0 then.
     """
 
     states: tuple
@@ -41,6 +43,7 @@ class Automaton(Element):
     final: tuple = ()  # type: ignore[misc]  # of each automaton its own
     regions: tuple = ()  # type: ignore[misc]
     slides: tuple = ()  # type: ignore[misc]
+    omitted: int = 0  # type: ignore[misc]
 
     def site(self, n):
         """See `Element`: there is none."""

@@ -68,6 +68,7 @@ class Element:
     final: ClassVar[tuple[tuple[Hashable, str], ...]] = ()  # keys in which a motion ends, and its status
     regions: ClassVar[tuple[tuple[Hashable, str], ...]] = ()  # keys of which one holds, and on which sides of surfaces
     slides: ClassVar[tuple[tuple[Hashable, tuple[tuple[Hashable, int], ...]], ...]] = ()  # keys that stay on guards of other keys
+    omitted: ClassVar[int] = 0  # last states of its memory that a start may leave out
     isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
     delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
 

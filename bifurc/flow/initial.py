@@ -36,7 +36,10 @@ def start_of(scene, owner: str, value) -> np.ndarray:
     """Return a start (2 n,) or (ns,) given as numbers, or as a dict of components by name, or raise ValueError."""
     if isinstance(value, Mapping):
         return state_of(owner, value, scene.n, scene.ns, scene.system.states)
-    return state(owner, value, (2 * scene.n or scene.ns, scene.ns))
+    if scene.n:
+        return state(owner, value, (2 * scene.n, scene.ns))
+    found = state(owner, value, (scene.ns - sum(element.omitted for element in scene.system.elements), scene.ns))
+    return np.append(found, np.zeros(scene.ns - found.size))
 
 
 def checked_mode(scene, mode) -> tuple:

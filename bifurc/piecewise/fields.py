@@ -41,18 +41,19 @@ def read(owner: str, name: str, value, shape: tuple[int, ...], parameters: dict[
 
 @dataclass(frozen=True, init=False)
 class AffineExpressions:
-    """Rows ``A x + b + sum over k of cos[k] cos(k omega t) + sin[k] sin(k omega t)``."""
+    """Rows ``A x + b + sum over k of cos[k] cos(k omega t) + sin[k] sin(k omega t) + ramp c`` with the clock c."""
 
     A: Any
     b: Any
     cos: Any
     sin: Any
+    ramp: Any
 
-    def __init__(self, A, b=0.0, *, cos: dict | None = None, sin: dict | None = None):
+    def __init__(self, A, b=0.0, *, cos: dict | None = None, sin: dict | None = None, ramp=0.0):
         for name, value in (("cos", cos), ("sin", sin)):
             if value is not None and not (isinstance(value, dict) and all(type(k) is int and k > 0 for k in value)):
                 raise refused(type(self).__name__, name, value, "None or a dict of whole numbers from 1 on to amplitudes")
-        for name, value in (("A", A), ("b", b)):
+        for name, value in (("A", A), ("b", b), ("ramp", ramp)):
             object.__setattr__(self, name, frozen(value))
         for name, part in (("cos", cos or {}), ("sin", sin or {})):
             object.__setattr__(self, name, tuple((k, frozen(part[k])) for k in sorted(part)))
@@ -62,10 +63,17 @@ class AffineExpressions:
         """Harmonics of the excitation that occur."""
         return {k for part in (self.cos, self.sin) for k, _ in part}
 
-    def numbers(self, owner: str, rows: tuple[int, ...], n: int, harmonics, parameters) -> np.ndarray:
-        """Return the numbers (*rows, n + 1 + 2 len(harmonics)): columns of the states, 1, cos and sin of each harmonic."""
-        out = np.zeros((*rows, n + 1 + 2 * len(harmonics)))
+    def numbers(self, owner: str, rows: tuple[int, ...], n: int, harmonics, parameters, clocked: bool = False) -> np.ndarray:
+        """Return the numbers (*rows, n + 1 + 2 len(harmonics)): columns of the states, 1, cos and sin of each harmonic; behind the
+        states is a column of the clock where there is one."""
+        ramp = read(owner, "ramp", self.ramp, rows, parameters)
+        if ramp.any() and not clocked:
+            raise ValueError(f"{owner}: ramp = {shown(self.ramp)} is not allowed without a clock; give the system a period")
+        out = np.zeros((*rows, n + clocked + 1 + 2 * len(harmonics)))
         out[..., :n] = read(owner, "A", self.A, (*rows, n), parameters)
+        if clocked:
+            out[..., n] = ramp
+            n += 1
         out[..., n] = read(owner, "b", self.b, rows, parameters)
         for first, part, name in ((n + 1, self.cos, "cos"), (n + 2, self.sin, "sin")):
             for k, value in part:
@@ -84,6 +92,8 @@ class AffineField(AffineExpressions):
         Constant part, state/time; 0: none.
     cos, sin : dict of int to array (n,) or function of parameters, optional
         Amplitudes of harmonics of the excitation.
+    ramp : array (n,), or function of parameters
+        What the clock is multiplied with: it rises from 0 to 1 in each period of a system with a ``period``.
 
     Examples
     --------
@@ -101,6 +111,8 @@ class AffineSurface(AffineExpressions):
         Its normal.
     b : float, or function of parameters
     cos, sin : dict of int to float or function of parameters, optional
+    ramp : float, or function of parameters
+        See `AffineField`.
 
     Examples
     --------
@@ -117,6 +129,8 @@ class AffineReset(AffineExpressions):
     A : array (n, n), or function of parameters
     b : array (n,), or function of parameters
     cos, sin : dict of int to array (n,) or function of parameters, optional
+    ramp : array (n,), or function of parameters
+        See `AffineField`.
 
     Examples
     --------

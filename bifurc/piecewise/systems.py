@@ -1,109 +1,23 @@
 """`PiecewiseSystem` and `HybridSystem`: systems of first order from fields, surfaces and resets."""
 import itertools
 import keyword
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import flag, floats, listed, number, refused
+from ..checks import listed, number, refused
 from ..elements.automaton import Automaton
 from ..elements.kinds import EventKind
 from ..elements.mode import Guard
 from ..system import System, of_states
-from .fields import AffineField, AffineReset, AffineSurface, Columns, affine
+from .clock import NAME as CLOCK
+from .clock import Clock, clock_of
+from .fields import AffineField, Columns, affine
 from .regions import SIDES, Regions
+from .rules import Jump, Switch, names_in
 
 TAKEN = ("t", "pi", "omega")
-
-
-@dataclass(frozen=True)
-class Switch:
-    """A surface on whose sides fields differ.
-
-    Parameters
-    ----------
-    surface : AffineSurface
-        h = 0; h < 0 is below.
-    below, above : str
-        Names of the fields of the two sides; of several switches fields are named by sides, such as "-+", instead.
-    sliding : bool
-        Whether a motion may slide along the surface (Filippov); False: where both fields lead to it, a motion ends.
-    hysteresis : (float, float), optional
-        Values of h at which a motion that comes from above and from below changes the field, the first below the second.
-
-    Examples
-    --------
-    >>> import bifurc as bf
-    >>> switch = bf.Switch(bf.AffineSurface([1.0, 0.0]), below="left", above="right")
-    """
-
-    surface: AffineSurface
-    below: str = "-"
-    above: str = "+"
-    sliding: bool = True
-    hysteresis: tuple[float, float] | None = None
-
-    def __post_init__(self):
-        affine("Switch", "surface", self.surface, AffineSurface)
-        for name in ("below", "above"):
-            if not isinstance(getattr(self, name), str):
-                raise refused("Switch", name, getattr(self, name), "the name of a field")
-        object.__setattr__(self, "sliding", flag("Switch", "sliding", self.sliding))
-        if self.hysteresis is not None:
-            found = floats(self.hysteresis)
-            if found is None or found.shape != (2,) or not np.isfinite(found).all() or not found[0] < found[1]:
-                raise refused("Switch", "hysteresis", self.hysteresis, "None or two numbers, the first below the second: with "
-                              "equal thresholds a motion would switch infinitely often in no time")
-            object.__setattr__(self, "hysteresis", tuple(found.tolist()))
-
-    @property
-    def band(self) -> tuple[float, float]:
-        """Values of h at which the field changes from above, and from below."""
-        return self.hysteresis or (0.0, 0.0)
-
-    @property
-    def slides(self) -> bool:
-        """Whether motions may slide on the surface."""
-        return self.sliding and self.hysteresis is None
-
-
-@dataclass(frozen=True)
-class Jump:
-    """What leads from one mode to another: where the surface is passed upwards, h from below zero to above.
-
-    Parameters
-    ----------
-    mode : str
-        The mode that ends.
-    surface : AffineSurface
-    to : str or sequence of str
-        The mode that follows; of several the first that may begin there.
-    reset : AffineReset, optional
-        States after it; None: they stay.
-
-    Examples
-    --------
-    >>> import bifurc as bf
-    >>> impact = bf.Jump("free", bf.AffineSurface([1, 0], lambda gap: -gap), to="free",
-    ...                  reset=bf.AffineReset(lambda restitution: [[1, 0], [0, -restitution]]))
-    """
-
-    mode: str
-    surface: AffineSurface
-    to: str | tuple[str, ...]
-    reset: AffineReset | None = None
-
-    def __post_init__(self):
-        if not isinstance(self.mode, str):
-            raise refused("Jump", "mode", self.mode, "the name of a mode")
-        affine("Jump", "surface", self.surface, AffineSurface)
-        to = names_in(self.to)
-        if not to:
-            raise refused("Jump", "to", self.to, "the name of a mode, or names of some")
-        if self.reset is not None:
-            affine("Jump", "reset", self.reset, AffineReset)
-        object.__setattr__(self, "to", to)
 
 
 @dataclass(frozen=True)
@@ -116,6 +30,7 @@ class Plan:
     rules: tuple
     start: tuple[str, ...]
     forced: bool
+    clock: Clock | None = None
 
     @property
     def __name__(self) -> str:
@@ -129,20 +44,24 @@ class Plan:
         omega = values["omega"] if self.forced else None
         harmonics = sorted({k for _, field in self.fields for k in field.harmonics} | {
             k for rule in self.rules for part in (rule.surface, getattr(rule, "reset", None)) if part is not None
-            for k in part.harmonics})
+            for k in part.harmonics} | (set() if self.clock is None else self.clock.harmonics))
         if harmonics and not self.forced:
             raise ValueError(f"{self.kind}: omega = None is not allowed with harmonics of it in fields or surfaces")
-        columns = Columns(len(self.states), tuple(harmonics), omega)
+        columns = Columns(len(self.states) + (self.clock is not None), tuple(harmonics), omega)
         build = self._regions if self.kind == "PiecewiseSystem" else self._jumps
         system = of_states([build(columns, values)], omega)
         system.__dict__["_origin"] = (self, values)
         return system
 
     def _numbers(self, columns, values):
-        n = len(self.states)
-        fields = {name: field.numbers(f"{self.kind}, field {name!r}", (n,), n, columns.harmonics, values)
+        n, clocked = len(self.states), self.clock is not None
+        fields = {name: field.numbers(f"{self.kind}, field {name!r}", (n,), n, columns.harmonics, values, clocked)
                   for name, field in self.fields}
-        surfaces = np.array([rule.surface.numbers(f"{self.kind}, surface {i}", (), n, columns.harmonics, values)
+        if self.clock is not None:
+            runs = np.zeros((1, len(columns.names)))
+            runs[0, columns.n] = 1.0 / self.clock.length(self.kind, values)
+            fields = {name: np.vstack([field, runs]) for name, field in fields.items()}
+        surfaces = np.array([rule.surface.numbers(f"{self.kind}, surface {i}", (), n, columns.harmonics, values, clocked)
                              for i, rule in enumerate(self.rules)]).reshape(len(self.rules), len(columns.names))
         for i in (i for i, h in enumerate(surfaces) if not h[:n].any()):
             raise ValueError(f"{self.kind}: surface {i} has the normal {surfaces[i, :n].tolist()}; it must depend on a state")
@@ -155,25 +74,38 @@ class Plan:
             rule = self.rules[0]
             names = {"-": rule.below, "+": rule.above, "0": "slide"}
             fields = {"-": fields[rule.below], "+": fields[rule.above]}
-        return Regions(self.kind, columns, fields, surfaces, self.rules, names).automaton(self.states)
+        made = Regions(self.kind, columns, fields, surfaces, self.rules, names).automaton(self._names)
+        if self.clock is None:
+            return made
+        still = [not surface[len(self.states)] for surface in surfaces]  # no tick moves it
+        known = dict(made.rates)
+
+        def after(key: str, reset: bool) -> tuple[str, ...]:
+            sides = next((sides for sides, name in names.items() if name == key), key)
+            each = [("0-+" if side == "0" else side) if stays and not reset else dict.fromkeys(side.strip("0") + "-+")
+                    for side, stays in zip(sides, still, strict=True)]
+            found = ("".join(other) for other in itertools.product(*each))
+            return tuple(name for other in found if (name := names.get(other, other)) in known)
+        return self.clock.timed(self.kind, made, columns, values, after)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.states if self.clock is None else (*self.states, CLOCK)
 
     def _jumps(self, columns, values) -> Automaton:
         fields, surfaces = self._numbers(columns, values)
         n = len(self.states)
         exits: dict[str, list[Guard]] = {name: [] for name in fields}
         for i, (rule, h) in enumerate(zip(self.rules, surfaces, strict=True)):
-            reset = () if rule.reset is None else columns.expressions(
-                rule.reset.numbers(f"{self.kind}, reset {i}", (n,), n, columns.harmonics, values))
+            reset = () if rule.reset is None else columns.expressions(np.vstack([rule.reset.numbers(
+                f"{self.kind}, reset {i}", (n,), n, columns.harmonics, values, self.clock is not None),
+                np.eye(columns.n, len(columns.names))[n:]]))
             kind = EventKind.CROSS if rule.reset is None else EventKind.RESET
             exits[rule.mode].append(Guard(columns.expression(h), kind, rule.to, reset=reset))
-        return Automaton(states=self.states, rates=tuple((name, columns.expressions(field)) for name, field in fields.items()),
+        made = Automaton(states=self._names, rates=tuple((name, columns.expressions(field)) for name, field in fields.items()),
                          exits=tuple((name, tuple(ends)) for name, ends in exits.items()), begins=self.start)
-
-
-def names_in(value) -> tuple[str, ...]:
-    """Return names that are given as one, or as a list of some; none where anything else is among them."""
-    found = (value,) if isinstance(value, str) else tuple(listed(value) or ())
-    return found if all(isinstance(name, str) for name in found) else ()
+        return made if self.clock is None else self.clock.timed(
+            self.kind, made, columns, values, lambda key, reset: tuple(dict.fromkeys((key, *made.begins))))
 
 
 def named_states(kind: str, states, parameters) -> tuple[str, ...]:
@@ -211,7 +143,8 @@ def planned(plan: Plan, omega, parameters) -> System:
 
 
 def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField], switches: Iterable[Switch], *,
-                    omega: float | None = None, **parameters: float) -> System:
+                    omega: float | None = None, period: float | Callable | None = None, clock: dict | None = None,
+                    **parameters: float) -> System:
     """Return the system x' = F(x, t) of fields on the sides of surfaces, which slides along surfaces to which both sides lead.
 
     Parameters
@@ -224,6 +157,11 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
     switches : sequence of Switch
     omega : float, optional
         Frequency of the excitation, above 0; None: there is none.
+    period : float or function of parameters, optional
+        Time of a clock, which is the last state, "clock": it runs from 0 to 1 and begins again.  A start may leave it out.
+    clock : dict, optional
+        What happens at known times, by the part of the period, from 0 on and below 1, a number or a function of parameters:
+        "decide" (surfaces may have jumped), an `AffineReset`.
     **parameters : float
         What numbers of fields and surfaces are functions of; all may be varied, followed, and changed with `with_parameters`.
 
@@ -266,11 +204,13 @@ def PiecewiseSystem(states: str | Iterable[str], fields: dict[str, AffineField],
         raise ValueError(f"{kind}: fields of {', '.join(map(repr, missing))} are missing; there are {', '.join(map(repr, fields))}")
     for name in (name for name in fields if name not in wanted):
         raise ValueError(f"{kind}: the field {name!r} belongs to no side; there are {', '.join(map(repr, wanted))}")
-    return planned(Plan(kind, states, tuple(fields.items()), rules, (), omega is not None), omega, parameters)
+    ticks = clock_of(kind, states, omega, period, clock, ())
+    return planned(Plan(kind, states, tuple(fields.items()), rules, (), omega is not None, ticks), omega, parameters)
 
 
 def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jumps: Iterable[Jump], *,
-                 start: str | Iterable[str] | None = None, omega: float | None = None, **parameters: float) -> System:
+                 start: str | Iterable[str] | None = None, omega: float | None = None, period: float | Callable | None = None,
+                 clock: dict | None = None, **parameters: float) -> System:
     """Return the system of modes with fields of their own and jumps between them, with resets of the states.
 
     Parameters
@@ -283,6 +223,12 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
         Modes that may hold at a start, in the order in which they are tried; None: all, as they are listed.
     omega : float, optional
         Frequency of the excitation, above 0; None: there is none.
+    period : float or function of parameters, optional
+        Time of a clock, which is the last state, "clock": it runs from 0 to 1 and begins again.  A start may leave it out.
+    clock : dict, optional
+        What happens at known times, by the part of the period, from 0 on and below 1, a number or a function of parameters:
+        "decide" (surfaces may have jumped), an `AffineReset`, the mode that follows or names of some, a pair
+        of them and a reset, or a dict of these by the mode that holds.
     **parameters : float
         What numbers of fields, surfaces and resets are functions of.
 
@@ -316,4 +262,5 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
     for name in (*begins, *(name for rule in rules for name in (rule.mode, *rule.to))):
         if name not in modes:
             raise ValueError(f"{kind}: the mode {name!r} has no field; there are {', '.join(map(repr, modes))}")
-    return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None), omega, parameters)
+    ticks = clock_of(kind, states, omega, period, clock, modes)
+    return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None, ticks), omega, parameters)

@@ -55,6 +55,7 @@ EVENTS = {
     "slide_begin": ("s", SKY, "slide begins"),
     "slide_end": ("D", YELLOW, "slide ends"),
     "reset": ("o", VERMILION, "reset"),
+    "clock": ("|", GREY, "clock"),
 }
 
 _SYMBOLS = {"omega": r"\omega", "zeta": r"\zeta", "alpha": r"\alpha", "beta": r"\beta", "mu": r"\mu", "nu": r"\nu"}

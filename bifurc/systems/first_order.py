@@ -46,7 +46,7 @@ def buck_converter(*, E: float = 20.0, R: float = 22.0, L: float = 20e-3, C: flo
                    Vref: float = 11.3, low: float = 3.8, high: float = 8.2) -> System:
     """Return a buck converter under a voltage control; di Bernardo, Garofalo, Glielmo, Vasca, IEEE Trans. Circuits Syst. I (1998).
 
-    It is on where a (v - Vref) is below a ramp from ``low`` to ``high`` of period T; the time of the ramp is the third state.
+    It is on where a (v - Vref) is below a ramp from ``low`` to ``high`` of period T, which falls back at once.
 
     Parameters
     ----------
@@ -57,12 +57,10 @@ def buck_converter(*, E: float = 20.0, R: float = 22.0, L: float = 20e-3, C: flo
     a, Vref : float
         Gain, and reference voltage (V).
     """
-    A = [[-1 / (R * C), 1 / C, 0], [-1 / L, 0, 0], [0, 0, 0]]
-    h, offset = np.array([a, 0.0, -(high - low) / T]), -a * Vref - low
-    again = AffineReset(np.diag([1.0, 1.0, 0.0]))
-    return HybridSystem("v i time", {"off": AffineField(A, [0, 0, 1]), "on": AffineField(A, [0, E / L, 1])}, [
-        Jump("off", AffineSurface(-h, -offset), to="on"), Jump("on", AffineSurface(h, offset), to="off"),
-        *(Jump(mode, AffineSurface([0, 0, 1], -T), to=("off", "on"), reset=again) for mode in ("off", "on"))])
+    A = [[-1 / (R * C), 1 / C], [-1 / L, 0]]
+    ramp = AffineSurface([a, 0], -a * Vref - low, ramp=low - high)
+    return PiecewiseSystem("v i", {"on": AffineField(A, [0, E / L]), "off": AffineField(A)},
+                           [Switch(ramp, below="on", above="off", sliding=False)], period=T, clock={0.0: "decide"})
 
 
 @builder

@@ -286,6 +286,7 @@ WRONG = {  # what an argument of a kind cannot be
     "surface": [*NO_OBJECT, lambda x: x, bf.AffineField([[1.0]]), [1.0]],
     "reset": [*[v for v in NO_OBJECT if v is not None], lambda x: x, bf.AffineField([[1.0]]), [1.0]],
     "modes named": [*[v for v in NO_OBJECT if v is not None], "nonsense", ["nonsense"], [None], {"rise": 1.0}],
+    "ticks": [*[v for v in NO_OBJECT if v is not None], {0.0: "decide"}, {1.0: "decide"}, {"a": "decide"}, {0.5: 3}, {0.5: [None]}],
     "names of modes": [*STRANGE, *LISTS[:5], *LISTS[6:], *BOOLS, *NUMBERS, None, [None], ["rise", 3]],
     "rows": [*STRANGE, *WORDS, *BOOLS, *BROKEN, None, [[1.0, 2.0]], [["a"]], [[1.0, math.inf], [0.0, 1.0]], [], [[[1.0]]], 3.0],
     "constants": [*[v for v in NO_LIST if v is not None], [math.inf], [1.0, 2.0], [[1.0, 2.0]], np.zeros((2, 2, 2)), 3.0],
@@ -677,28 +678,29 @@ RELAY = bf.Switch(bf.AffineSurface([1.0]))
 SPIKE = bf.Jump("rise", bf.AffineSurface([1.0], -1.0), to="rise", reset=bf.AffineReset([[0.0]]))
 
 
-def with_field(A=((-1.0,),), b=(1.0,), cos=None, sin=None):
+def with_field(A=((-1.0,),), b=(1.0,), cos=None, sin=None, ramp=(0.0,)):
     """A system with a field of these numbers: a field alone does not know how many states there are."""
-    return bf.PiecewiseSystem("x", dict.fromkeys("-+", bf.AffineField(A, b, cos=cos, sin=sin)), [RELAY], omega=1.0)
+    return bf.PiecewiseSystem("x", dict.fromkeys("-+", bf.AffineField(A, b, cos=cos, sin=sin, ramp=ramp)), [RELAY], omega=1.0)
 
 
-def with_surface(A=(1.0,), b=0.0, cos=None, sin=None):
+def with_surface(A=(1.0,), b=0.0, cos=None, sin=None, ramp=0.0):
     """A system with a surface of these numbers."""
-    surface = bf.AffineSurface(A, b, cos=cos, sin=sin)
+    surface = bf.AffineSurface(A, b, cos=cos, sin=sin, ramp=ramp)
     return bf.PiecewiseSystem("x", dict.fromkeys("-+", bf.AffineField([[-1.0]])), [bf.Switch(surface)], omega=1.0)
 
 
-def with_reset(A=((0.5,),), b=(0.0,), cos=None, sin=None):
+def with_reset(A=((0.5,),), b=(0.0,), cos=None, sin=None, ramp=(0.0,)):
     """A system with a reset of these numbers."""
-    jump = bf.Jump("rise", SPIKE.surface, to="rise", reset=bf.AffineReset(A, b, cos=cos, sin=sin))
+    jump = bf.Jump("rise", SPIKE.surface, to="rise", reset=bf.AffineReset(A, b, cos=cos, sin=sin, ramp=ramp))
     return bf.HybridSystem("x", {"rise": bf.AffineField([[-1.0]])}, [jump], omega=1.0)
 
 
-ROWS = {"A": "rows", "b": "constants", "cos": "amplitudes of harmonics", "sin": "amplitudes of harmonics"}
+ROWS = {"A": "rows", "b": "constants", "ramp": "constants", "cos": "amplitudes of harmonics", "sin": "amplitudes of harmonics"}
 SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of their names, or have no name in the signature
     "simulate": {"periods": "ratio"},
-    "PiecewiseSystem": {"states": "states named", "fields": "fields", "switches": "rules", "k": "number"},
-    "HybridSystem": {"states": "states named", "modes": "fields", "jumps": "rules", "start": "modes named", "k": "number"},
+    "PiecewiseSystem": {"states": "states named", "fields": "fields", "switches": "rules", "k": "number", "clock": "ticks"},
+    "HybridSystem": {"states": "states named", "modes": "fields", "jumps": "rules", "start": "modes named", "k": "number",
+                     "clock": "ticks"},
     "Switch": {"surface": "surface", "below": "label", "above": "label", "sliding": "flag", "hysteresis": "pair"},
     "Jump": {"mode": "label", "surface": "surface", "to": "names of modes", "reset": "reset"},
     "lyapunov_exponents": {"y0": "start"},
@@ -828,7 +830,7 @@ def cases() -> list[Case]:
         Case("Grid", bf.Grid, {"x": (0, 1, 3)}, {"x": "range"}),
         *(Case(name, make, {}, ROWS) for name, make in (
             ("AffineField", with_field), ("AffineReset", with_reset))),
-        Case("AffineSurface", with_surface, {}, {**ROWS, "A": "constants", "b": "number"}),
+        Case("AffineSurface", with_surface, {}, {**ROWS, "A": "constants", "b": "number", "ramp": "number"}),
     ]
     F = m["friction"]  # one memory state: a start has two or three numbers
     found += [

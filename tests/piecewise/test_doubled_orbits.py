@@ -40,7 +40,7 @@ def smallest(E, count):
 
 def test_the_doubled_orbit_leaves_the_flip_and_doubles_again():
     converter = bf.systems.buck_converter()
-    branch = bf.trace(bf.find_orbit(converter, {"v": 11.97, "i": 0.59, "time": 0.0}), "E", bounds=(20, 35))
+    branch = bf.trace(bf.find_orbit(converter, {"v": 11.97, "i": 0.59}), "E", bounds=(20, 35))
     flip, = branch.special_points
     once = brentq(lambda E: smallest(E, 1) + 1.0, 24.0, 25.0, xtol=1e-12)
     assert flip.kind == "period_doubling" and abs(flip.parameter - once) < 1e-8

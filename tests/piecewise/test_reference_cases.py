@@ -113,6 +113,26 @@ def test_a_rocking_block_changes_its_edge_in_an_impact():
     np.testing.assert_allclose(after(orbit, 1, 3.088309630257 - 2.302911466860), [0.841656617527, 0.054170322255], atol=1e-9)
 
 
+def test_friction_under_a_load_that_another_mass_gives():
+    """Friction 0.4, static 0.6, times 1 + q1/2 on the first of two masses, on a belt of speed 0.3: stick is a mode of its own."""
+    load, pull = np.array([0.0, 0.5, 0.0, 0.0]), np.array([1.0, -0.3, 0.05, 0.0])  # pull holds the mass back
+    second = [-0.3, -1.3, 0.0, -0.05]
+
+    def slips(sign):
+        return F([[0, 0, 1, 0], [0, 0, 0, 1], -pull + 0.4 * sign * load, second], [0.0, 0.0, 0.4 * sign, 0.0])
+    modes = {"slow": slips(1.0), "fast": slips(-1.0), "stick": F([[0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], second])}
+    speed = np.array([0.0, 0.0, 1.0, 0.0])
+    belt = bf.HybridSystem("q0 q1 v0 v1", modes, [
+        bf.Jump("slow", S(speed, -0.3), to=("stick", "fast")), bf.Jump("fast", S(-speed, 0.3), to=("stick", "slow")),
+        bf.Jump("stick", S(pull - 0.6 * load, -0.6), to="slow"), bf.Jump("stick", S(-pull - 0.6 * load, -0.6), to="fast")],
+        start=("slow", "fast"))
+    orbit = bf.find_orbit(belt, (0.4, 0.0, 0.0, 0.0))
+    assert orbit.success and orbit.period == pytest.approx(5.618848849363, abs=1e-10)
+    starts = {event.mode_after[0]: event.time for event in orbit.events}
+    assert (starts["slow"] - starts["stick"]) % orbit.period == pytest.approx(2.546312776483, abs=1e-10)
+    np.testing.assert_allclose(np.sort(orbit.multipliers.real), [-0.924255515, 0.0, 0.884552524], atol=1e-8)
+
+
 def tent(growth, slope):
     """x' = growth x; whenever the clock s comes to 1, x+ = 1 - slope |x|."""
     field = F([[growth, 0.0], [0.0, 0.0]], [0.0, 1.0])

@@ -5,7 +5,8 @@ Budd, Champneys, Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapter 8
 """
 import numpy as np
 
-from ...orbits.shooting.sequence import AFTER, BEFORE
+from ...elements import EventKind
+from ...orbits.shooting.sequence import AFTER, BEFORE, GUARD
 from ..kinds import SpecialPointKind
 
 K = SpecialPointKind
@@ -17,6 +18,9 @@ def change(problem, x, other, spans) -> SpecialPointKind:
     richer, at = (problem, x) if problem.sequence.events > other.sequence.events else (other, other.x0)
     nodes, scene = richer.sequence.nodes, richer.scene
     shortest = int(np.argmin(spans(richer, at)))
+    ends = [(int(nodes[i, BEFORE]), int(nodes[i, GUARD])) for i in (shortest - 1, shortest)]
+    if any(guard >= 0 and scene.event_kind(mode, guard) is EventKind.CLOCK for mode, guard in ends):
+        return K.BORDER_COLLISION  # an event meets the clock
     earlier, own, later = (int(mode) for mode in (nodes[shortest - 1, BEFORE], nodes[shortest, BEFORE], nodes[shortest, AFTER]))
     if scene.slides(own):  # between one region and itself a flight touches the surface, between two a crossing becomes a slide
         return K.GRAZING_SLIDING if earlier == later else K.CROSSING_SLIDING

@@ -1,9 +1,12 @@
 """Events that vanish from an orbit: the equations without those that have lost their speed or their duration."""
 import numpy as np
 
+from ...elements import EventKind
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, sections
 from .appearing import NEAR
+
+LEAPS = {EventKind.RESET, EventKind.CLOCK}
 
 
 def dropped(problem, x, near=NEAR, staying=frozenset()):
@@ -31,7 +34,7 @@ def dropped(problem, x, near=NEAR, staying=frozenset()):
         if i == 0:  # the interval reaches round the period: begin one node earlier
             kept = turned(scene, kept, s)
             continue
-        merged = merging_nodes(scene, kept[i - 1][0], kept[i][0])
+        merged = merging_nodes(scene, kept[i - 1][0], kept[i][0], () if scene.n else leaps(scene, kept[i - 1][0], kept[i][0]))
         if merged is None:
             return None
         kept[i - 1:i + 1] = [[np.array(node, np.int64), kept[i - 1][1], True] for node in merged]
@@ -81,14 +84,21 @@ def turned(scene, items, s):
     return [[node, row, free], *items[:-1]]
 
 
-def merging_nodes(scene, first, second):
-    """Return the nodes that replace two at the same instant: none, one, or two in the other order; None: not known."""
-    if second[AFTER] == first[BEFORE]:
+def leaps(scene, *nodes) -> set:
+    """Return the kinds of those of some events at which states of first order jump: they do so also where the others are gone."""
+    return {scene.event_kind(int(node[BEFORE]), int(node[GUARD])) for node in nodes} & LEAPS
+
+
+def merging_nodes(scene, first, second, kinds=()):
+    """Return the nodes that replace two at the same instant: none, one, or two in the other order; None: not known.  ``kinds`` see
+    `leaps`."""
+    if second[AFTER] == first[BEFORE] and not kinds:
         return []
     a, b = scene.guard(int(first[BEFORE]), int(first[GUARD])), scene.guard(int(second[BEFORE]), int(second[GUARD]))
     if a.element == b.element:
         leading = [g for g in (int(first[GUARD]), *scene.guards_of(int(first[BEFORE]), a.element))
-                   if int(second[AFTER]) in scene.expand(int(first[BEFORE]), g).then[int(first[BEFORE]), g].tolist()]
+                   if int(second[AFTER]) in scene.expand(int(first[BEFORE]), g).then[int(first[BEFORE]), g].tolist()
+                   and (not kinds or kinds == {scene.event_kind(int(first[BEFORE]), g)})]
         return [[first[BEFORE], leading[0], second[AFTER], 0, 0]] if leading else None
     own = scene.guards_of(int(first[BEFORE]), b.element)
     middle = scene.combine(int(first[BEFORE]), b.element, scene.keys[int(second[AFTER])][b.element])

@@ -222,6 +222,8 @@ class Equilibrium(Content, Notebook, Motion):
     def message(self) -> str:
         """The status as a sentence, with the interval of a continuum, and what lies on a boundary."""
         text, n = self.status.sentence, self.scene.n
+        if n == 0 and self._failed is EquilibriumStatus.NOT_FOUND:
+            return "No state of rest was found: in no mode that was tried does the field vanish where the mode holds."
         if n == 0 and self._failed is None:
             of = repr(next(iter(self.contacts.values())))
             text = {"regular": f"The field of mode {of} vanishes here",
@@ -434,7 +436,7 @@ def _guess(scene: Scene, guess) -> np.ndarray:
         given = np.zeros(scene.ns)
     else:
         given = (guess.state if isinstance(guess, (Equilibrium, Orbit)) else start_of(scene, "guess", guess)
-                 if isinstance(guess, Mapping) else floats(guess))
+                 if isinstance(guess, Mapping) or not scene.n else floats(guess))
     if given is None:
         raise refused("find_equilibrium", "guess", guess, "positions, a state, an Equilibrium or an orbit")
     if given.shape not in {(scene.n or scene.ns,), (2 * scene.n or scene.ns,), (scene.ns,)}:
