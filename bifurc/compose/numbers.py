@@ -584,7 +584,8 @@ class Packer:
                 end = None if guard.accumulates is None else self.mode(e, guard.accumulates[1])
                 direction = site.X @ (end.hold[0].push if end and end.hold else slope @ site.J @ row[:n])
             slope_of = row[:n] if surface else row[:n] + row[n:2 * n] @ T.A[m, n:2 * n, n:2 * n]
-            T.B[m, g, n:2 * n] = direction / (slope_of @ direction)
+            if slope_of.any():  # of a clock no coordinate changes the time
+                T.B[m, g, n:2 * n] = direction / (slope_of @ direction)
         if guard.accumulates is not None:
             T.ratio[m, g] = guard.accumulates[0]
         for place, value in self.algebraic(keys) if guard.kick is not None else self._algebraic(e, keys[e]):

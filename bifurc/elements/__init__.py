@@ -6,7 +6,7 @@ from .bearings import OilFilm
 from .driven import Driven
 from .element import ALWAYS, BUILT_IN, Element
 from .feedback import DelayedFeedback
-from .forcing import BaseMotion, ConstantForce, HarmonicForce
+from .forcing import BaseMotion, ConstantForce, HarmonicForce, PeriodicForce
 from .friction.dry import Coulomb, CubicFriction, Jenkins, LoadedContact, RegularizedFriction, Stribeck
 from .friction.loaded_slip import LoadedMicroSlip
 from .friction.microslip import Iwan, MicroSlip, SliderSet
@@ -17,17 +17,19 @@ from .site import Circle, Ring, Rows, Surface
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
 from .stators import AroundPoint, ElasticStator, RigidStator
 from .stops import ElasticStop, RigidStop, Wall
+from .timed.switched import Pulse, SquareForce, SquareSpring, Switched
+from .timed.varying import ParametricSpring, ParametricStop
 
 __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "ConstantForce", "Core", "Coulomb",
            "CubicFriction", "CubicSpring", "DelayedFeedback", "Driven", "ElasticStator", "ElasticStop", "Element", "EventKind",
            "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
-           "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "PolynomialSpring", "Rate", "RegularizedFriction", "Restitution",
-           "RigidStator", "RigidStop", "Ring", "Rows", "Algebraic", "SliderSet", "Stribeck", "Surface", "Wall",
-           "WatchedCore", "local"]
+           "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "ParametricSpring", "ParametricStop", "PeriodicForce",
+           "PolynomialSpring", "Pulse", "Rate", "RegularizedFriction", "Restitution", "RigidStator", "RigidStop", "Ring", "Rows",
+           "Algebraic", "SliderSet", "SquareForce", "SquareSpring", "Stribeck", "Surface", "Switched", "Wall", "WatchedCore", "local"]
 
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
-    HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, PolynomialSpring, RegularizedFriction,
-    RigidStator, RigidStop, Stribeck)})
+    HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, ParametricSpring, ParametricStop,
+    PeriodicForce, PolynomialSpring, Pulse, RegularizedFriction, RigidStator, RigidStop, SquareForce, SquareSpring, Stribeck)})
 
 __getattr__ = renamed(globals(), {"Slaved": "Algebraic"})

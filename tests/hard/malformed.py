@@ -494,6 +494,7 @@ AUTHORS = {  # what authors of elements and problems derive from
     "Algebraic",
     "SliderSet",
     "Surface",
+    "Switched",
     "Wall",
     "WatchedCore",
 }

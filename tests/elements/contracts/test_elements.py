@@ -102,6 +102,12 @@ ELEMENTS = [
     el.MicroSlip(3.0, 1.0, (0.3, 0.2, 0.4), closed=True),
     el.Driven(el.Jenkins(2.0, 0.3, load_amplitude=1.5), 0.7, harmonic=2, phase=0.3),
     el.CubicFriction(0.8, 0.3, 0.1, belt_speed=0.4),
+    el.SquareForce(0.4, harmonic=2, phase=0.3, duty=0.2, row=(1.0, -1.0)),
+    el.SquareSpring(0.4, 1.0, phase=0.3),
+    el.ParametricSpring(0.4, 1.0, phase=0.3, row=(1.0, -1.0)),
+    el.ParametricStop(0.5, 4.0, 0.1, variation=0.6, variation_harmonic=2, side=-1),
+    el.Pulse(0.3, phase=1.0),
+    el.PeriodicForce((0.3, 0.0, 0.2), (0.1,), 0.05, phase=0.4),
 ]
 NAMES = [f"{i}-{type(element).__name__}" for i, element in enumerate(ELEMENTS)]
 WITH_SLOPES = [ELEMENTS[i] for i in (15, 16, 18)]
@@ -186,7 +192,9 @@ def test_surfaces_and_kicks_agree_with_the_guards(element, rng):
             stops = T.D[m, g, n:].any()
             joined = np.vstack([T.A[m], np.hstack([np.zeros((scene.nw, ns)), scene.frame.W])])
             slope = T.G[m, g] @ joined
-            if T.kick[m, g]:
+            if T.kick[m, g] and not slope[:ns].any():  # a pulse: whatever the speed is
+                assert T.R[m, g, n:2 * n, n:2 * n] == pytest.approx(np.eye(n), abs=1e-15) and not T.B[m, g].any()
+            elif T.kick[m, g]:
                 assert slope[:ns] @ T.B[m, g] == pytest.approx(1.0, abs=1e-14)
                 on_surface = x.copy()
                 on_surface[:ns] -= T.D[m, g] * (T.G[m, g] @ x)
@@ -255,11 +263,20 @@ def test_mirror_is_the_image_under_reflection_and_half_a_period(element, rng):
             assert np.allclose(b.tables.R[p, h], -a.tables.R[m, g] * flip, atol=1e-15)
             assert a.event_kind(m, g) == b.event_kind(p, h)
     of_key = {key: law for law in b.laws for key in law.keys}
+    x = rng.normal(size=ns + a.nw)
+    x[ns] = 1.0
     for law in a.laws:
         other = of_key[element.mirrored_key(law.keys[0])]
-        at = rng.normal(size=2 * law.rows)
-        assert np.allclose(np.negative(law.law.function(*at, *law.law.values)),
-                           other.law.function(*-at, *other.law.values), atol=1e-14)
+        forces = [np.array(one.law.function(*seen(scene, one, at), *one.law.values))
+                  for scene, one, at in ((a, law, x), (b, other, x * flip))]
+        assert np.allclose(-forces[0], forces[1], atol=1e-14)
+
+
+def seen(scene, law, x):
+    """Return coordinates and speeds of the rows of a law of a scene at the joined state ``x`` (nx,)."""
+    first = sum(other.rows for other in scene.laws[:scene.laws.index(law)])
+    rows = slice(first, first + law.rows)
+    return np.concatenate([scene.tables.LU[rows] @ x, scene.tables.LS[rows] @ x])
 
 
 def test_a_users_stop_is_the_built_in_one():
