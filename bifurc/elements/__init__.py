@@ -25,7 +25,8 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
            "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
            "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "ParametricSpring", "ParametricStop", "PeriodicForce",
            "PolynomialSpring", "Pulse", "Rate", "RegularizedFriction", "Restitution", "RigidStator", "RigidStop", "Ring", "Rows",
-           "Algebraic", "SliderSet", "SquareForce", "SquareSpring", "Stribeck", "Surface", "Switched", "Wall", "WatchedCore", "local"]
+           "Algebraic", "SliderSet", "SquareForce", "SquareSpring", "Stribeck", "Surface", "Switched", "Wall",
+           "WatchedCore", "local"]
 
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
