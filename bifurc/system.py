@@ -28,7 +28,7 @@ from .checks import (
     refused,
     shown,
 )
-from .elements import BUILT_IN, Core, Element
+from .elements import BUILT_IN, Core, Element, Shift
 from .elements.element import tupled
 from .elements.friction.joint import joints
 from .elements.friction.together import leaders
@@ -382,6 +382,10 @@ class System:
             del left[partner]
             order.append(partner)
         return tuple(order)
+
+    def advances(self, rows: np.ndarray) -> bool:
+        """Whether rows (k, n) move along with what its motions are seen up to, see `orbits.shifts`."""
+        return any((rows @ np.array(element.direction)[:self.n]).any() for element in self.elements if isinstance(element, Shift))
 
     @functools.cached_property
     def states(self) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ The functions are not stored with a branch; one that was read from a file is as 
 are followed as curves, only by a new trace.
 """
 from ..checks import function, mapping
+from ..orbits.shifts import REVERSAL, reversal, reversals
 from .kinds import SpecialPointKind
 from .problem import Monitor
 from .steps.callbacks import value_of
@@ -52,8 +53,10 @@ def with_monitors(problem, functions):
     ValueError
         Naming what is no function, or a name that is taken.
     """
-    if functions is None or not mapping("trace", "monitors", functions):
+    own = reversals(problem.system)
+    if not own and (functions is None or not mapping("trace", "monitors", functions)):
         return problem
+    functions = {**own, **(functions or {})}
     taken = {*TAKEN, *(monitor.name for monitor in problem.monitors)}
     for name, value in functions.items():
         if not name or name in taken:
@@ -63,7 +66,10 @@ def with_monitors(problem, functions):
 
 
 def unknown(name):
-    """Return the function that stands for one that was not stored with a branch."""
+    """Return the function that stands for one that was not stored with a branch; those of the package are known by name."""
+    if name.startswith(REVERSAL):
+        return reversal(name)
+
     def function(solution):
         raise ValueError(f"the function of the monitor {name!r} is not stored with a branch; trace it anew")
     return function

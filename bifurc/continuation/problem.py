@@ -397,7 +397,7 @@ class Problem:
 
     def change(self, kind, x, successor):
         """Return the kind of the boundary at ``x`` (n + 1,) behind which ``successor`` goes on; ``kind`` is what this side
-        calls it."""
+        calls it.  None: it is none, nothing happens there."""
         return kind
 
     def is_motion(self, x) -> bool | None:

@@ -17,6 +17,7 @@ from .site import Circle, Ring, Rows, Surface
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
 from .stators import AroundPoint, ElasticStator, RigidStator
 from .stops import ElasticStop, RigidStop, Wall
+from .timed.shift import Shift
 from .timed.switched import Pulse, SquareForce, SquareSpring, Switched
 from .timed.varying import ParametricSpring, ParametricStop
 
@@ -25,12 +26,12 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
            "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
            "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "ParametricSpring", "ParametricStop", "PeriodicForce",
            "PolynomialSpring", "Pulse", "Rate", "RegularizedFriction", "Restitution", "RigidStator", "RigidStop", "Ring", "Rows",
-           "Algebraic", "SliderSet", "SquareForce", "SquareSpring", "Stribeck", "Surface", "Switched", "Wall",
+           "Algebraic", "Shift", "SliderSet", "SquareForce", "SquareSpring", "Stribeck", "Surface", "Switched", "Wall",
            "WatchedCore", "local"]
 
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
     HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, ParametricSpring, ParametricStop,
-    PeriodicForce, PolynomialSpring, Pulse, RegularizedFriction, RigidStator, RigidStop, SquareForce, SquareSpring, Stribeck)})
+    PeriodicForce, PolynomialSpring, Pulse, RegularizedFriction, RigidStator, RigidStop, Shift, SquareForce, SquareSpring, Stribeck)})
 
 __getattr__ = renamed(globals(), {"Slaved": "Algebraic"})

@@ -116,6 +116,9 @@ class Guard:
         `key` holds (never when the ratio is 1).
     reset : tuple of Affine, optional
         Memory after the event, one entry a memory, in what there is before it; empty: as it is.
+    displaced : (direction, Affine), optional
+        What the event adds to the state of the system: a value in what there is before it times a direction, a factor for each
+        of the first states; it must change nothing that any element feels.
     """
 
     value: Affine | Law
@@ -125,6 +128,7 @@ class Guard:
     silent: bool = False
     accumulates: tuple[float, Hashable] | None = None
     reset: tuple[Affine, ...] = ()
+    displaced: tuple[tuple[float, ...], Affine] | None = None
 
 
 @dataclass(frozen=True)

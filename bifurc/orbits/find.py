@@ -11,11 +11,12 @@ from .concentric import concentric
 from .forced import centred, finished, from_map, from_orbit, from_state, resting, settled
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
+from .shifts import shifted
 
 
 @checked()
 def find_orbit(system: System, guess=None, periods: int | None = None, *, closure: int | None = None,
-               transient: int = 800, method=None, period: float | None = None) -> PeriodicOrbit:
+               transient: int = 800, method=None, period: float | None = None, shift=None) -> PeriodicOrbit:
     """Return a periodic orbit of a system, forced or autonomous.
 
     Without excitation the period is part of the solution: the motion is simulated until its events, or the maxima of a
@@ -42,6 +43,9 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         Balance harmonics instead of shooting through the events; gives a `HarmonicOrbit`, see `orbits.balance.find.balanced`.
     period : float, optional
         Of an autonomous orbit, about: the time after which the motion from the guess nearly returns.
+    shift : str, sequence of str, or dict, optional
+        Coordinates that may advance in a period: ``["q0"]`` by an amount that is found (creeping), ``{"q0": 2 pi}`` by this one
+        (an angle).  Nothing may change along it.  `PeriodicOrbit.shift` tells the amounts.
 
     Returns
     -------
@@ -62,6 +66,8 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     True
     """
     require_system(system)
+    if shift is not None:
+        system = shifted(system, shift)
     if method is not None:
         from .balance.find import balanced  # harmonic balance is loaded where it is asked for
 

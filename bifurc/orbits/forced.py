@@ -25,6 +25,7 @@ MAP_STEPS = 20
 LOST = 100.0  # times the misfit and the sizes at the first of them: so far off full steps lead nowhere
 AT_REST = 1e-8  # of the state to which a motion comes: its start was at rest, to half of the digits
 EPS = float(np.finfo(float).eps)
+STEADY = 1e-6  # of the size of a motion: two periods of it are the same
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 LONG = 600  # unknowns of a sequence above which Newton, in time and memory of their square, waits until the motion is so close
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
@@ -293,7 +294,7 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
         size = np.abs(sections_).max(axis=0) + 1e-300
         gaps = {k: float(np.abs((sections_[-1] - sections_[-1 - k]) / size).max()) for k in candidates}
         least = min(gaps.values())
-        for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
+        for k in [k for k in candidates if gaps[k] <= max(2.0 * least, STEADY)][:2]:
             if k * crowd > LONG and gaps[k] > CLOSE:
                 continue
             motions = ((begin, simulate(system, y, periods=begin + 2 * k)) for begin in (0, k))  # a start adds events of rounding
@@ -313,7 +314,16 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
     if best is not None and best.stable is not False:
         best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
         return best
-    return unfound(system, y, {"transient periods": done})
+    moved = advancing(sections_, scene_of(system).n) if done else {}
+    return unfound(system, y, {"transient periods": done, **({"advances": moved} if moved else {})})
+
+
+def advancing(sections_, n: int) -> dict[str, float]:
+    """Return the coordinates that advance by the same amount in every period of a motion, and by how much; all else repeats."""
+    steps, size = np.diff(sections_[-4:], axis=0), np.abs(sections_[-4:]).max(axis=0) + 1e-300
+    if len(steps) < 3 or (np.ptp(steps, axis=0) > STEADY * size).any() or (np.abs(steps[-1, n:2 * n]) > STEADY * size[n:2 * n]).any():
+        return {}
+    return {f"q{c}": float(steps[-1, c]) for c in range(n) if abs(steps[-1, c]) > 10.0 * STEADY * size[c]}
 
 
 def unfound(system: System, y, how: dict) -> PeriodicOrbit:

@@ -1,11 +1,12 @@
 """Floquet multipliers of a monodromy matrix without those that say nothing of stability.
 
-A state that nothing changes in a period has the multiplier 1.  Where nothing depends on time a shift of the phase has it
+A state that nothing changes in a period has the multiplier 1; one that a shift takes away in every period has 0.  Where nothing depends on time a shift of the phase has it
 too: with the vector field f, M f = f.  Both are taken out of the matrix, not out of the list of eigenvalues, so that a
 multiplier that happens to be near 1 keeps its digits (Nayfeh & Balachandran 1995, section 3.2).
 """
 import numpy as np
 
+from ..elements.timed.shift import Shift
 from .shooting.sequence import BEFORE
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not known
@@ -34,9 +35,11 @@ def nontrivial(equations, whole, U, M, labels, gradient=None) -> np.ndarray:
     gradient : ndarray (ns,), optional
         Of an energy that the motion keeps, just before the first node: its multiplier 1 is left out as well.
     """
-    M = labels.reduced(M)
+    M, moved = labels.reduced(M), directions(equations.scene.system.elements, labels.rows.shape[1])[labels.rest]
     if not np.isfinite(M).all():
-        return np.full(len(M) - (whole.clock > 0.0) - (gradient is not None), complex(np.inf))
+        return np.full(len(M) - moved.shape[1] - (whole.clock > 0.0) - (gradient is not None), complex(np.inf))
+    if moved.size:
+        M = without(M, moved, equations.weights[labels.rest])
     if whole.clock:
         rest, row = labels.rest, None if gradient is None else labels.seen(gradient)
         M = without(M, field_before(equations, whole, U)[rest], equations.weights[rest], row)
@@ -54,13 +57,19 @@ def field_before(equations, whole, U) -> np.ndarray:
     return f
 
 
+def directions(elements, ns: int) -> np.ndarray:
+    """Return the directions (ns, k) along which motions are put back to zero in every period, see `shifts`."""
+    found = [element.direction for element in elements if isinstance(element, Shift) and element.by is None]
+    return np.array([(*direction, *(0.0,) * (ns - len(direction))) for direction in found]).reshape(-1, ns).T
+
+
 def without(M, direction, weights, row=None) -> np.ndarray:
-    """Return the matrix of ``M`` (n, n) on the states modulo its eigenvector ``direction`` (n,), and among them on those that
-    its left eigenvector ``row`` (n,) does not see; the two are one Jordan block where M f = f and E M = E."""
-    unit = (direction / weights)[:, None]
+    """Return the matrix of ``M`` (n, n) on the states modulo its eigenvector ``direction`` (n,), or several (n, k), and among them on
+    those that its left eigenvector ``row`` (n,) does not see; the two are one Jordan block where M f = f and E M = E."""
+    unit = (direction.T / weights).reshape(-1, len(weights)).T
     if not unit.any():
         return M
-    Q = np.linalg.qr(unit, mode="complete")[0][:, 1:]
+    Q = np.linalg.qr(unit, mode="complete")[0][:, unit.shape[1]:]
     if row is not None:
         Q = Q @ np.linalg.qr((Q.T @ (row * weights))[:, None], mode="complete")[0][:, 1:]
     return Q.T @ (M * weights / weights[:, None]) @ Q

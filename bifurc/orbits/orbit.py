@@ -22,6 +22,7 @@ from .energy import EnergyEquations, conservative, energy
 from .kinds import OrbitStatus
 from .multipliers import attracting, nontrivial
 from .repetition import MOST, repetition
+from .shifts import advance
 from .shooting import sequence
 from .shooting.equations import TOLERANCE, Equations
 from .shooting.labels import Labels
@@ -152,6 +153,11 @@ class PeriodicOrbit(Orbit):
     def closure(self) -> int:
         """-1 when y(t + period/2) = -y(t) was used to solve it, otherwise 1."""
         return self.sequence.closure
+
+    @property
+    def shift(self) -> dict[str, float]:
+        """How far the coordinates that it is seen up to advance in a period, by name; their mean speeds are these over `period`."""
+        return advance(self)
 
     @property
     def signature(self) -> str:
@@ -335,6 +341,10 @@ class PeriodicOrbit(Orbit):
             free = self.labels.names(self.scene.n, self.system.states)
             named = [f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in zip(free, self.intervals.values(), strict=True)]
             return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."
+        if self.status is OrbitStatus.NOT_FOUND and (moved := self.how.get("advances")):
+            told = " and ".join(f"{name} advances by {amount:.6g}" for name, amount in moved.items())
+            return (f"The motion repeats but for a shift: {told} in every period. find_orbit(..., shift={list(moved)[:1]}) finds it; where "
+                    "it is an angle, give what it turns by, such as shift={'q0': 6.283185307179586}.")
         if self.status is OrbitStatus.INADMISSIBLE and self._audit[3] > HELD:
             return f"{self.status.sentence} A row is held from where it is not at rest on its surface."
         if "simulation" in self.how:
@@ -465,11 +475,12 @@ class PeriodicOrbit(Orbit):
             states[:] = scene.shown(self._modes(tau, whole, U), states, tau * self.forcing_period)
 
     def _wrapped(self, tau) -> np.ndarray:
-        """Return times, periods, as those behind the first event."""
+        """Return times, periods, as those behind the first event; at an event, to rounding, behind it."""
         whole, U = self._whole
+        times = U[::1 + self.scene.ns]
         wrapped = U[0] + np.mod(np.asarray(tau, float) - U[0], whole.span)
         wrapped[np.abs(wrapped - U[0] - whole.span) < 1e-14] = U[0]
-        return wrapped
+        return np.maximum(wrapped, times[np.searchsorted(times, wrapped + 1e-14, side="right") - 1])
 
     def _modes(self, tau, whole, U) -> np.ndarray:
         """Return the modes at times ``tau`` (k,) behind the first event, periods."""

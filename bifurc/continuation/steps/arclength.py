@@ -599,7 +599,10 @@ class Half:
             cut.special.bound = cut.special.error + max(off - own, 0.0)
         if problem.placed is not None:
             cut.special.x, cut.special.bound = np.append(cut.special.x[:-1], float(x[-1])), problem.placed
-        cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
+        kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
+        if kind is None:
+            self.found = [special for special in self.found if special is not cut.special]
+        cut.special.kind = kind or cut.special.kind
         self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
         cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding

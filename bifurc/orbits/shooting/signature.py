@@ -12,6 +12,7 @@ from ...compose.natural import natural_length, natural_rate
 from ...compose.numbers import cancelled
 from ...compose.scene import Scene
 from ...compose.writer import kernels
+from ...elements import EventKind
 from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from ...elements.site import Rows
 from ...elements.stops import FREE
@@ -110,6 +111,7 @@ class Signature:
         return [e for e, element in enumerate(scene.system.elements)
                 if len(slips := {str(key[e])[:len(SLIP_UP)] for key in words} - {STICK}) == 1 and slips <= {SLIP_UP, SLIP_DOWN}
                 and any(key[e] == STICK for key in words) and not np.any((site := element.site(scene.n)).drift)
+                and not scene.system.advances(site.R)
                 and not all(stands(scene, mode, site) for mode, key in zip(modes, words, strict=True) if key[e] != STICK)]
 
     def unmoved(self, scene: Scene) -> list[int]:
@@ -125,7 +127,7 @@ class Signature:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``; without events ``free``, ``in contact``, ``rest`` or
         ``carried``."""
         names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes == 1 else "")
-                 for m, g, _, _, closes in self.nodes[:, :ENDING].tolist() if g >= 0]
+                 for m, g, _, _, closes in self.nodes[:, :ENDING].tolist() if g >= 0 and not idles(scene, m, g)]
         parts: list[str] = []
         for name in names:
             if parts and parts[-1].split(" x")[0] == name:
@@ -140,6 +142,11 @@ class Signature:
         still = "carried" if held.any() else "rest" if len(held) else "in contact" if touching else FREE
         span = "" if self.clock else f"{self.span:g} "
         return f"{', '.join(parts) or still} / {span}T{' (half)' if self.closure < 0 else ''}"
+
+
+def idles(scene: Scene, mode: int, guard: int) -> bool:
+    """Whether a known instant comes at which nothing changes, as between two pulses."""
+    return scene.guard(mode, guard).guard.silent and scene.event_kind(mode, guard) is EventKind.CLOCK
 
 
 def since(times, span: float) -> np.ndarray:
