@@ -384,7 +384,7 @@ class System:
         return tuple(order)
 
     def advances(self, rows: np.ndarray) -> bool:
-        """Whether rows (k, n) move along with what its motions are seen up to, see `orbits.shifts`."""
+        """Whether rows (k, n) move along with what its motions are seen up to, see `compose.shifts`."""
         return any((rows @ np.array(element.direction)[:self.n]).any() for element in self.elements if isinstance(element, Shift))
 
     @functools.cached_property

@@ -594,8 +594,8 @@ class Packer:
             local = {"u": site.U, "s": site.S, "z": self.frame.eye[self.slices[e]]}
             R[self.slices[e]] = [self.frame.row(value, local) for value in guard.reset]
         if guard.displaced is not None:
-            direction, by = guard.displaced
-            R[:len(direction)] += np.outer(direction, self.frame.row(by, {"u": site.U, "s": site.S}))
+            along, by = guard.displaced
+            R[:len(along)] += np.outer(along, self.frame.row(by, {"u": site.U, "s": site.S}))
 
     def _beside(self, hold: "Held", row: np.ndarray) -> np.ndarray:
         """Return the direction (n,) that changes ``row`` (n,) by 1 and no held row, by inertia; zeros where there is none."""

@@ -4,12 +4,13 @@ The functions are not stored with a branch; one that was read from a file is as 
 are followed as curves, only by a new trace.
 """
 from ..checks import function, mapping
-from ..orbits.shifts import REVERSAL, reversal, reversals
+from ..elements import Shift
 from .kinds import SpecialPointKind
 from .problem import Monitor
 from .steps.callbacks import value_of
 from .watching import Watching
 
+REVERSAL = "reversal_"  # of a coordinate: what a point is called where a motion that creeps turns back
 TAKEN = ("bound", "listed", "unlisted", "leaving", "merges")  # names that monitors of the package have
 
 
@@ -53,7 +54,7 @@ def with_monitors(problem, functions):
     ValueError
         Naming what is no function, or a name that is taken.
     """
-    own = reversals(problem.system)
+    own = reversals(problem)
     if not own and (functions is None or not mapping("trace", "monitors", functions)):
         return problem
     functions = {**own, **(functions or {})}
@@ -63,6 +64,19 @@ def with_monitors(problem, functions):
             raise ValueError(f"monitors: {name!r} is no free name; taken are {', '.join(sorted(filter(None, taken)))}")
         function("trace", f"monitors[{name!r}]", value)
     return WithMonitors(problem, functions)
+
+
+def reversals(problem) -> dict:
+    """Return the functions of an orbit that are zero where a shift that is not known changes its sign, by name."""
+    system = problem.system
+    names = () if system is None else [f"{REVERSAL}q{element.dof}" for element in system.elements
+                                       if isinstance(element, Shift) and element.by is None]
+    return {name: reversal(name) for name in names}
+
+
+def reversal(name: str):
+    """Return the function of that name."""
+    return lambda orbit: orbit.shift[name.removeprefix(REVERSAL)]
 
 
 def unknown(name):

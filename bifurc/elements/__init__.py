@@ -32,6 +32,7 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
     HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, ParametricSpring, ParametricStop,
-    PeriodicForce, PolynomialSpring, Pulse, RegularizedFriction, RigidStator, RigidStop, Shift, SquareForce, SquareSpring, Stribeck)})
+    PeriodicForce, PolynomialSpring, Pulse, RegularizedFriction, RigidStator, RigidStop, Shift, SquareForce, SquareSpring,
+    Stribeck)})
 
 __getattr__ = renamed(globals(), {"Slaved": "Algebraic"})

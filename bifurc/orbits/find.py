@@ -2,6 +2,7 @@
 
 from ..checks import checked
 from ..compose.scene import scene_of
+from ..compose.shifts import shifted
 from ..flow.initial import start_of
 from ..flow.settle import Penetration
 from ..system import System, require_system
@@ -11,7 +12,6 @@ from .concentric import concentric
 from .forced import centred, finished, from_map, from_orbit, from_state, resting, settled
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
-from .shifts import shifted
 
 
 @checked()

@@ -321,7 +321,8 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
 def advancing(sections_, n: int) -> dict[str, float]:
     """Return the coordinates that advance by the same amount in every period of a motion, and by how much; all else repeats."""
     steps, size = np.diff(sections_[-4:], axis=0), np.abs(sections_[-4:]).max(axis=0) + 1e-300
-    if len(steps) < 3 or (np.ptp(steps, axis=0) > STEADY * size).any() or (np.abs(steps[-1, n:2 * n]) > STEADY * size[n:2 * n]).any():
+    speeds = slice(n, 2 * n)
+    if len(steps) < 3 or (np.ptp(steps, axis=0) > STEADY * size).any() or (np.abs(steps[-1]) > STEADY * size)[speeds].any():
         return {}
     return {f"q{c}": float(steps[-1, c]) for c in range(n) if abs(steps[-1, c]) > 10.0 * STEADY * size[c]}
 

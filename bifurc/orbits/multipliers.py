@@ -1,8 +1,9 @@
 """Floquet multipliers of a monodromy matrix without those that say nothing of stability.
 
-A state that nothing changes in a period has the multiplier 1; one that a shift takes away in every period has 0.  Where nothing depends on time a shift of the phase has it
-too: with the vector field f, M f = f.  Both are taken out of the matrix, not out of the list of eigenvalues, so that a
-multiplier that happens to be near 1 keeps its digits (Nayfeh & Balachandran 1995, section 3.2).
+A state that nothing changes in a period has the multiplier 1, and one that a shift takes away in every period 0.  Where nothing
+depends on time a shift of the phase has it too: with the vector field f, M f = f.  All are taken out of the matrix, not out of
+the list of eigenvalues, so that a multiplier that happens to be near 1 keeps its digits (Nayfeh & Balachandran 1995, section
+3.2).
 """
 import numpy as np
 
@@ -58,14 +59,14 @@ def field_before(equations, whole, U) -> np.ndarray:
 
 
 def directions(elements, ns: int) -> np.ndarray:
-    """Return the directions (ns, k) along which motions are put back to zero in every period, see `shifts`."""
+    """Return the directions (ns, k) along which motions are put back to zero in every period, see `compose.shifts`."""
     found = [element.direction for element in elements if isinstance(element, Shift) and element.by is None]
     return np.array([(*direction, *(0.0,) * (ns - len(direction))) for direction in found]).reshape(-1, ns).T
 
 
 def without(M, direction, weights, row=None) -> np.ndarray:
-    """Return the matrix of ``M`` (n, n) on the states modulo its eigenvector ``direction`` (n,), or several (n, k), and among them on
-    those that its left eigenvector ``row`` (n,) does not see; the two are one Jordan block where M f = f and E M = E."""
+    """Return the matrix of ``M`` (n, n) on the states modulo its eigenvector ``direction`` (n,), or several (n, k), and among them
+    on those that its left eigenvector ``row`` (n,) does not see; the two are one Jordan block where M f = f and E M = E."""
     unit = (direction.T / weights).reshape(-1, len(weights)).T
     if not unit.any():
         return M

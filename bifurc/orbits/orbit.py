@@ -13,7 +13,7 @@ from ..checks import checked
 from ..compose.scene import Scene, numbered, scene_of
 from ..compose.writer import kernels
 from ..content import handed_out, kept
-from ..elements import EventKind
+from ..elements import EventKind, Shift
 from ..flow.settle import displaced
 from ..flow.trajectory import Event, Events
 from ..system import System
@@ -22,7 +22,6 @@ from .energy import EnergyEquations, conservative, energy
 from .kinds import OrbitStatus
 from .multipliers import attracting, nontrivial
 from .repetition import MOST, repetition
-from .shifts import advance
 from .shooting import sequence
 from .shooting.equations import TOLERANCE, Equations
 from .shooting.labels import Labels
@@ -157,7 +156,13 @@ class PeriodicOrbit(Orbit):
     @property
     def shift(self) -> dict[str, float]:
         """How far the coordinates that it is seen up to advance in a period, by name; their mean speeds are these over `period`."""
-        return advance(self)
+        found = {}
+        for label, element in zip(self.system.labels, self.system.elements, strict=True):
+            if isinstance(element, Shift):
+                moved = sum(event.before - event.after for event in self.events
+                            if event.element == label and event.kind is EventKind.RESET)
+                found[f"q{element.dof}"] = float(moved[element.dof])
+        return found
 
     @property
     def signature(self) -> str:
@@ -343,8 +348,8 @@ class PeriodicOrbit(Orbit):
             return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."
         if self.status is OrbitStatus.NOT_FOUND and (moved := self.how.get("advances")):
             told = " and ".join(f"{name} advances by {amount:.6g}" for name, amount in moved.items())
-            return (f"The motion repeats but for a shift: {told} in every period. find_orbit(..., shift={list(moved)[:1]}) finds it; where "
-                    "it is an angle, give what it turns by, such as shift={'q0': 6.283185307179586}.")
+            return (f"The motion repeats but for a shift: {told} in every period. find_orbit(..., shift={list(moved)[:1]}) finds "
+                    "it; where it is an angle, give what it turns by, such as shift={'q0': 6.283185307179586}.")
         if self.status is OrbitStatus.INADMISSIBLE and self._audit[3] > HELD:
             return f"{self.status.sentence} A row is held from where it is not at rest on its surface."
         if "simulation" in self.how:

@@ -23,9 +23,10 @@ def creeping(force=1.0, up=0.4, down=0.2, omega=1.3):
 
 def creep(force, up, down, omega):
     """Return fastest speeds both ways, the advance of a period, and the multiplier: speeds are straight lines."""
-    half = math.pi / omega
-    forth, back = np.linalg.solve([[1.0 / (force - up), 1.0 / (force + down)], [1.0 / (force + up), 1.0 / (force - down)]], [half, half])
-    advance = 0.5 * forth**2 * (1.0 / (force - up) + 1.0 / (force + up)) - 0.5 * back**2 * (1.0 / (force + down) + 1.0 / (force - down))
+    half, pushed, braked = math.pi / omega, 1.0 / (force - up), 1.0 / (force + up)
+    pulled, caught = 1.0 / (force - down), 1.0 / (force + down)
+    forth, back = np.linalg.solve([[pushed, caught], [braked, pulled]], [half, half])
+    advance = 0.5 * forth**2 * (pushed + braked) - 0.5 * back**2 * (pulled + caught)
     return advance, (force - up) / (force + down) * (force - down) / (force + up)
 
 
@@ -117,9 +118,9 @@ def test_a_capsule_advances_with_all_that_is_in_it(contact):
 
 @pytest.mark.parametrize(("system", "shift", "said"), [
     (capsule(Coulomb(0.25)), ["q0", "q1"], "q0, q1 advance together"),
-    (bf.System(np.eye(2), np.zeros((2, 2)), [[1.0, -1.0], [-1.0, 1.0]], [RigidStop(1.0, dof=1), HarmonicForce(0.3)], omega=1.0), "q1",
-     "rigid_stop depends on it"),
-    (bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.3)], omega=1.0), "q0", "q0 cannot advance: the motion of coordinate 0 depends on it"),
+    (bf.System(np.eye(2), np.zeros((2, 2)), [[1.0, -1.0], [-1.0, 1.0]], [RigidStop(1.0, dof=1), HarmonicForce(0.3)], omega=1.0),
+     "q1", "rigid_stop depends on it"),
+    (bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.3)], omega=1.0), "q0", "cannot advance: the motion of coordinate 0 depends on it"),
     (bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.3)], omega=1.0), {"q0": 1.0}, "the motion of coordinate 0 changes by it"),
     (bf.System(1.0, 0.1, 0.0, [Force(pull), HarmonicForce(0.3)], omega=1.0), {"q0": 3.0}, "force is not periodic in it"),
     (bf.System(1.0, 0.1, 0.0, [Force(pull), HarmonicForce(0.3)], omega=1.0), "q0", "force depends on it"),

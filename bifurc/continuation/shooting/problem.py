@@ -36,7 +36,7 @@ from ..problem import ROUNDED, Corrected, EndPoint, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
 from ..watching import bare
-from . import autonomous, branching, clocks, signature_change
+from . import autonomous, branching, signature_change
 from .appearing import moved
 from .completion import completion_near
 from .extremes import extreme_gradient
@@ -479,10 +479,9 @@ class OrbitProblem(Problem):
     def change(self, kind, x, successor) -> SpecialPointKind | None:
         """See `Problem.change`: what changes between the two sequences has one name from both sides."""
         other = bare(successor)
-        meeting = clocks.met(self, other)
-        if meeting:
-            return SpecialPointKind.BORDER_COLLISION if meeting is clocks.ACTING else None
-        return signature_change.changed(self, x, other) or kind
+        meeting = signature_change.meets_clock(self, other)
+        return signature_change.changed(self, x, other) or kind if not meeting else SpecialPointKind.BORDER_COLLISION if all(
+            meeting.values()) else None
 
     def silent(self, monitor, x) -> bool:
         """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...compose.writer import kernels
-from ...elements import EventKind
+from ...elements import EventKind, Shift
 from ...elements.friction.dry import STICK
 from ...orbits.repetition import LASTING, middles
 from ...orbits.shooting import sequence
@@ -41,6 +41,7 @@ UNLISTED, LEAVING, MERGES = "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
 KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
          EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
+INSTANTS = {EventKind.CLOCK.value, EventKind.RESET.value}
 ORDER = [SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION, SpecialPointKind.GRAZING]
 ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPointKind.STICK_ONSET,
         EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
@@ -252,6 +253,22 @@ def changed(problem, x, other):
     if kinds == {EventKind.CONTACT, EventKind.SEPARATION}:
         return brief_contact(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.CONTACT})
     return None
+
+
+def meets_clock(problem, other) -> dict:
+    """Return the events, see `named_events`, that change places between two sequences at a known instant, and whether forces feel
+    each; none where none does.
+
+    Where the clock does something (a level, a pulse) that is a border collision; where it does nothing (a motion that is put back
+    by its shift, the half of a period between two pulses) it is no special point.
+    """
+    scene, one, two = problem.scene, *(named_events(end, listed(end), True) for end in (problem, other))
+    if scene.n == 0 or not any(event[1] in INSTANTS for event in one) or sorted(one) != sorted(two) or turns(one) & turns(two):
+        return {}
+    felt = {event: not (scene.guard(mode, guard).guard.silent or isinstance(scene.system.elements[event[0]], Shift))
+            for event, (mode, guard) in zip(one, problem.sequence.nodes[listed(problem)][:, :AFTER].tolist(), strict=True)}
+    moved = {event: felt[event] for event in one if without(one, event) & without(two, event)}
+    return moved if any(event[1] in INSTANTS for event in moved) else {}
 
 
 def leapt(problem, x, other):

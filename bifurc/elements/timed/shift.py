@@ -6,7 +6,7 @@ import numpy as np
 from ...checks import number, refused, vector, whole
 from ..element import ALWAYS, Element
 from ..kinds import EventKind
-from ..local import affine, cos, sin, u
+from ..local import affine, sin, u
 from ..mode import Guard, Mode
 from ..site import Rows
 
@@ -17,7 +17,7 @@ BEFORE, AFTER = "before", "after"
 class Shift(Element):
     """Moves the system back at the beginning of every period, along a direction in which no force changes.
 
-    A motion that advances by the same amount in every period is periodic then.  `orbits.shifts.shifted` makes one for a system.
+    A motion that advances by the same amount in every period is periodic then.  `compose.shifts.shifted` makes one for a system.
 
     Parameters
     ----------

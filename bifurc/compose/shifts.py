@@ -1,23 +1,22 @@
 """Motions that are periodic up to a shift: a pendulum that turns, a mass that creeps along its rail.
 
-A direction along which no force, guard or memory changes is one along which a motion may be moved: y(t + T) = y(t) + d is periodic
-for what moves back by d once a period (`elements.timed.shift.Shift`).  Where d is known and the forces are periodic in it (an angle),
-nothing else changes.  Where it is unknown the coordinate is put back to zero: perturbations along the direction die at once, and the
-multiplier 1 that they have otherwise is 0.
+A direction along which no force, guard or memory changes is one along which a motion may be moved: y(t + T) = y(t) + d is
+periodic for what moves back by d once a period (`elements.timed.shift.Shift`).  Where d is known and the forces are periodic in it
+(an angle), nothing else changes.  Where it is unknown the coordinate is put back to zero: perturbations along the direction die at
+once, and the multiplier 1 that they have otherwise is 0.
 """
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ..checks import number, refused
-from ..compose.scene import Scene, scene_of
-from ..compose.writer import kernels
 from ..elements.timed.shift import Shift
 from ..structure.components import place_of
 from ..system import System
+from .scene import Scene, scene_of
+from .writer import kernels
 
 PERIODIC = 1e-12  # of forces: what a shift may change of them, by the rounding of angles
-REVERSAL = "reversal_"  # of a coordinate: what a point is called where it begins to advance the other way
 TRIED = 8  # states at which laws are asked whether they are periodic
 
 
@@ -64,7 +63,7 @@ def shifted(system: System, shift) -> System:
 
 
 def felt(scene: Scene) -> tuple[np.ndarray, list[str]]:
-    """Return what tells the states in all modes listed, rows (k, ns), each zero along what nothing feels; and what each belongs to."""
+    """Return what tells the states in all modes listed, rows (k, ns) that are zero along what nothing feels, and whose each is."""
     T, ns, n = scene.tables, scene.ns, scene.n
     rows, owners = [], []
     for m in range(len(scene.keys)):
@@ -130,7 +129,7 @@ def with_memory(scene: Scene, amounts: np.ndarray) -> np.ndarray:
 
 
 def unchanged(scene: Scene, amounts: np.ndarray) -> None:
-    """Raise ValueError unless forces and guards are the same at states a shift (ns,) apart: rows exactly, laws where they are tried."""
+    """Raise ValueError unless forces and guards are the same at states a shift (ns,) apart: rows exactly, laws where tried."""
     rows, owners = felt(scene)
     laws = {law.name for law in scene.laws}
     for row, owner in zip(rows, owners, strict=True):
@@ -153,25 +152,3 @@ def unchanged(scene: Scene, amounts: np.ndarray) -> None:
             if not (apart <= 1e3 * PERIODIC * (1.0 + np.abs(rates[0]))).all():
                 raise ValueError(f"shift: forces are not the same there: they differ by {apart.max():.3g}; "
                                  f"one of {', '.join(sorted(laws))} is not periodic in it")
-
-
-def reversals(system: System) -> dict[str, Callable]:
-    """Return the functions of an orbit that are zero where an unknown shift changes its sign, by name."""
-    return {f"{REVERSAL}q{element.dof}": reversal(f"{REVERSAL}q{element.dof}") for element in system.elements
-            if isinstance(element, Shift) and element.by is None}
-
-
-def reversal(name: str) -> Callable:
-    """Return the function of that name."""
-    return lambda orbit: orbit.shift[name.removeprefix(REVERSAL)]
-
-
-def advance(orbit) -> dict[str, float]:
-    """Return how far the coordinates that are seen up to a shift advance in a period of an orbit, by name."""
-    labels = orbit.system.labels
-    found = {}
-    for label, element in zip(labels, orbit.system.elements, strict=True):
-        if isinstance(element, Shift):
-            moves = [event.before - event.after for event in orbit.events if event.element == label and event.kind == "reset"]
-            found[f"q{element.dof}"] = float(sum(move[element.dof] for move in moves))
-    return found
