@@ -200,3 +200,13 @@ def test_a_corner_needs_a_larger_error():
 def test_bad_values_are_refused_by_name(made):
     with pytest.raises(ValueError, match=r"(SquareForce|SquareSpring|Pulse|ParametricSpring|ParametricStop|PeriodicForce): \w+ = "):
         made()
+
+
+def test_a_reversal_meets_the_switch_at_the_damped_frequency():
+    """Between levels a motion with dry friction decays with its own frequency: where an odd number of its halves fills that of a
+    level, it turns just when the level changes."""
+    system = bf.System(1.0, 0.02, 1.0, [SquareForce(0.4), Coulomb(0.1)], omega=1.3)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.3, 2.0))
+    met = [point for point in branch.special_points if point.kind == "border_collision"]
+    own = math.sqrt(1.0 - 0.01**2)
+    assert branch.audit.ok and [point.parameter for point in met] == pytest.approx([own / 3.0, own], abs=1e-12)

@@ -480,8 +480,9 @@ class OrbitProblem(Problem):
         """See `Problem.change`: what changes between the two sequences has one name from both sides."""
         other = bare(successor)
         meeting = signature_change.meets_clock(self, other)
-        return signature_change.changed(self, x, other) or kind if not meeting else SpecialPointKind.BORDER_COLLISION if all(
-            meeting.values()) else None
+        if meeting is None or meeting:
+            return None if meeting is None else SpecialPointKind.BORDER_COLLISION
+        return signature_change.changed(self, x, other) or kind
 
     def silent(self, monitor, x) -> bool:
         """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is

@@ -41,7 +41,7 @@ UNLISTED, LEAVING, MERGES = "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
 KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
          EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
-INSTANTS = {EventKind.CLOCK.value, EventKind.RESET.value}
+INSTANTS = {EventKind.CLOCK, EventKind.RESET}
 ORDER = [SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION, SpecialPointKind.GRAZING]
 ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPointKind.STICK_ONSET,
         EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
@@ -255,20 +255,31 @@ def changed(problem, x, other):
     return None
 
 
-def meets_clock(problem, other) -> dict:
-    """Return the events, see `named_events`, that change places between two sequences at a known instant, and whether forces feel
-    each; none where none does.
+def meets_clock(problem, other) -> bool | None:
+    """Return whether what events meet between two sequences is a known instant, and does something; None: nothing there does.
 
-    Where the clock does something (a level, a pulse) that is a border collision; where it does nothing (a motion that is put back
-    by its shift, the half of a period between two pulses) it is no special point.
+    Such sequences are the same but for the places of those instants.  Where the clock does something (a level, a pulse) that is a
+    border collision; where forces do not feel it (a motion that is put back by its shift, the half of a period between two pulses)
+    it is no special point.
     """
-    scene, one, two = problem.scene, *(named_events(end, listed(end), True) for end in (problem, other))
-    if scene.n == 0 or not any(event[1] in INSTANTS for event in one) or sorted(one) != sorted(two) or turns(one) & turns(two):
-        return {}
-    felt = {event: not (scene.guard(mode, guard).guard.silent or isinstance(scene.system.elements[event[0]], Shift))
-            for event, (mode, guard) in zip(one, problem.sequence.nodes[listed(problem)][:, :AFTER].tolist(), strict=True)}
-    moved = {event: felt[event] for event in one if without(one, event) & without(two, event)}
-    return moved if any(event[1] in INSTANTS for event in moved) else {}
+    scene = problem.scene
+
+    def events(end) -> list[tuple]:
+        places = end.sequence.nodes[listed(end)][:, :AFTER].tolist()
+        if end.sequence.closure < 0:
+            places += [[scene.mirror(mode), scene.mirror_guard(mode, guard)] for mode, guard in places]
+        named = []
+        for mode, guard in places:
+            element, kind = scene.guard(mode, guard).element, scene.event_kind(mode, guard)
+            idle = scene.guard(mode, guard).guard.silent or isinstance(scene.system.elements[element], Shift)
+            named.append((kind in INSTANTS, idle, element, kind.value, str(scene.keys[mode][element])))
+        return named
+
+    one, two = events(problem), events(other)
+    if scene.n == 0 or not any(event[0] for event in one) or sorted(one) != sorted(two) or turns(one) & turns(two):
+        return False
+    felt, beside = ([[event for event in whole if not event[kind]] for whole in (one, two)] for kind in (1, 0))
+    return None if turns(felt[0]) & turns(felt[1]) else bool(turns(beside[0]) & turns(beside[1]))
 
 
 def leapt(problem, x, other):
