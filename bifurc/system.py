@@ -2,6 +2,7 @@
 
 One file, because it is one class and the decorator that makes builders of it.
 """
+import dataclasses
 import functools
 import importlib
 import inspect
@@ -322,6 +323,27 @@ class System:
         made.__dict__["_kin"] = self._kin if self._scene is None else self._scene
         return made
 
+    @checked(elements=ELEMENTS)
+    def with_elements(self, elements: Iterable[Element]) -> "System":
+        """Return the system with more elements; its parameters keep their names, and theirs are ``label.field``.
+
+        Examples
+        --------
+        >>> import bifurc as bf
+        >>> system = bf.systems.impact_oscillator().with_elements([bf.elements.Coulomb(0.1)])
+        >>> system.parameter("gap"), system.parameter("coulomb.friction")
+        (1.0, 0.1)
+        """
+        made = System(self.mass, self.damping, self.stiffness, (*self.elements, *elements), omega=self.omega, dofs=self.dofs)
+        made.__dict__["reduction"] = self.reduction
+        if self._origin is not None:
+            build, values = self._origin
+            before = len(build.elements) if isinstance(build, Extended) else 0
+            own = tuple(zip(made.labels, made.elements, strict=True))[len(self.elements) - before:]
+            fields = {f"{label}.{field}": value for label, element in own for field, value in element.parameters.items()}
+            made.__dict__["_origin"] = (Extended(getattr(build, "source", build), own), {**values, **fields})
+        return made
+
     def but(self, name: str, value: float) -> Any:
         """Return what equals that of another system where the two differ in the parameter ``name`` alone; ``value`` is one that it
         may have."""
@@ -412,7 +434,11 @@ class System:
         """Return the builder's name and keywords, or the whole content, ready for JSON."""
         if self._origin is not None:
             build, values = self._origin
-            return {"builder": build.__name__, "parameters": {name: _plain(value) for name, value in values.items()}}
+            added: dict = {}
+            if isinstance(build, Extended):
+                values = {name: value for name, value in values.items() if name not in build.fields}
+                added["added"] = [element.to_record() for _, element in build.elements]
+            return {"builder": build.__name__, "parameters": {name: _plain(value) for name, value in values.items()}, **added}
         matrices = {name: getattr(self, name).tolist() for name in ("mass", "damping", "stiffness")}
         more: dict = {} if self.dofs is None else {"dofs": list(self.dofs)}
         if self.reduction is not None:
@@ -440,15 +466,11 @@ class System:
                 raise ValueError(f"the record uses the builder {record['builder']!r}; hand it over in elements=[...]. "
                                  f"Known: {', '.join(sorted(_BUILDERS))}")
             system = build(**record["parameters"])
+            if "added" in record:
+                system = system.with_elements(_elements(record["added"], own))
             system.__dict__["_kin"] = tupled(record.get("modes"))
             return system
-        made = []
-        for item in record["elements"]:
-            found = own.get(item["class"]) or BUILT_IN.get(item["class"])
-            if found is None:
-                raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in "
-                                 f"elements=[...]. Known: {', '.join(sorted(BUILT_IN))}")
-            made.append(found.from_record(item, own))
+        made = _elements(record["elements"], own)
         system = cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"], dofs=record.get("dofs"))
         if "reduction" in record:
             from .structure.reduction import Reduction  # building a system loads no scipy
@@ -492,6 +514,43 @@ def of_states(elements: Iterable[Element], omega: float | None) -> System:
     system.__dict__.update(core=Core(nothing, nothing, nothing, omega), n=0, elements=tuple(elements), dofs=None, reduction=None,
                            _origin=None, _scene=None, _kin=None)
     return system
+
+
+def _elements(records: list[dict], own: dict) -> list[Element]:
+    """Return the elements that gave records; ``own`` are classes and functions of the user by name."""
+    made = []
+    for item in records:
+        found = own.get(item["class"]) or BUILT_IN.get(item["class"])
+        if found is None:
+            raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in "
+                             f"elements=[...]. Known: {', '.join(sorted(BUILT_IN))}")
+        made.append(found.from_record(item, own))
+    return made
+
+
+@dataclasses.dataclass(frozen=True)
+class Extended:
+    """A builder whose systems have more elements, see `System.with_elements`."""
+
+    source: Callable[..., System]  # builds the system without them
+    elements: tuple[tuple[str, Element], ...]  # with their labels
+
+    @property
+    def __name__(self) -> str:
+        return self.source.__name__
+
+    @property
+    def fields(self) -> dict[str, tuple[str, str]]:
+        """Label and field of the parameters of its elements, by name."""
+        return {f"{label}.{field}": (label, field) for label, element in self.elements for field in element.parameters}
+
+    def __call__(self, **values) -> System:
+        changes: dict[str, dict] = {label: {} for label, _ in self.elements}
+        for name, (label, field) in self.fields.items():
+            if name in values:
+                changes[label][field] = values.pop(name)
+        return self.source(**values).with_elements(
+            [element.with_parameters(**changes[label]) for label, element in self.elements])
 
 
 def builder(build: Callable[..., System]) -> Callable[..., System]:

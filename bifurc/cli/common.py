@@ -42,6 +42,7 @@ STORIES = {
     "jeffcott_rotor": Story("nu", (0.7, 2.0), {"nu": 1.7}, {"q0": (-0.4, 1.4), "v1": (-2.0, 2.0)}, cells=60),
     "rigid_stator_rotor": Story("nu", (0.7, 2.0), {"nu": 2.0}, {"q0": (-0.4, 1.4), "v1": (-3.0, 3.0)}, cells=60),
     "rotating_frame_rotor": Story("nu", (0.5, 3.6), {}, {"q0": (-1.5, 1.5), "v1": (-2.0, 2.0)}),
+    "gear_mesh": Story("omega", (0.7, 1.2), {}, {"q0": (-2.0, 2.0), "v0": (-1.0, 1.0)}, (1.4, -0.28), cells=60),
     "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
 }
 

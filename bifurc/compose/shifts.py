@@ -59,7 +59,7 @@ def shifted(system: System, shift) -> System:
         unchanged(scene, with_memory(scene, amounts))
         first = places[0]
         parts = [Shift(tuple((amounts / amounts[first]).tolist()), first, float(amounts[first]), system.period is not None)]
-    return System(system.mass, system.damping, system.stiffness, (*system.elements, *parts), omega=system.omega, dofs=system.dofs)
+    return system.with_elements(parts)
 
 
 def felt(scene: Scene) -> tuple[np.ndarray, list[str]]:

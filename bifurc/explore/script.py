@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .. import elements, systems
-from ..system import System
+from ..system import Extended, System
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -105,7 +105,12 @@ class Script:
         """Return the call that builds a system again."""
         if system._origin is not None:
             build, values = system._origin
-            return f"{self.place(build)}({', '.join(f'{name}={self.literal(value)}' for name, value in values.items())})"
+            more = ""
+            if isinstance(build, Extended):
+                values = {name: value for name, value in values.items() if name not in build.fields}
+                more = f".with_elements({self.literal([element for _, element in build.elements])})"
+                build = build.source
+            return f"{self.place(build)}({', '.join(f'{name}={self.literal(value)}' for name, value in values.items())}){more}"
         matrices = ", ".join(self.literal(getattr(system, name)) for name in ("mass", "damping", "stiffness"))
         return f"bf.System({matrices}, {self.literal(list(system.elements))}, omega={self.literal(system.omega)})"
 

@@ -297,7 +297,7 @@ def user_parts(system: Any) -> tuple:
     own = "bifurc."
     found: list = []
     if system._origin is not None:
-        found.append(system._origin[0])
+        found.append(getattr(system._origin[0], "source", system._origin[0]))
     for element in system.elements:
         found.append(type(element))
         found += [value for value in vars(element).values() if callable(value) and hasattr(value, "__name__")]

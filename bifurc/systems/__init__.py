@@ -12,6 +12,7 @@ _MODULES = {
                     "moving_frame_impact_oscillator", "two_sided_impact_oscillator"),
     "rotors": ("jeffcott_rotor", "oil_film_journal", "oil_film_rotor", "oil_film_rub_rotor", "rigid_stator_rotor",
                "rotating_frame_rotor", "rotor_in_casing", "snubber_rotor"),
+    "timed": ("gear_mesh", "mathieu_oscillator", "rotating_pendulum", "vibro_impact_capsule"),
 }
 _NAMES = {name: module for module, names in _MODULES.items() for name in names}
 
