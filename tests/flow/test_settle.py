@@ -176,7 +176,7 @@ def test_what_a_guard_asks_for_is_tried_before_what_was():
     assert "slip+" not in asked and len(asked) >= 2
 
     def tried(joined_, further=None):
-        return [scene.keys[mode][1:] for mode in settle._combinations(scene, m, joined_, further or {}, x)]
+        return [scene.keys[mode][1:] for mode in settle._combinations(scene, m, joined_, further or {}, {}, x)]
     assert tried({1: [turns]}) == [(key, "stick") for key in (*asked, "slip+")]
     slips = [key for g in ends for key in scene.guard(m, g).guard.then]
     assert len(slips) == 2 and tried({2: ends}) == [("slip+", key) for key in (*slips, "stick")]
