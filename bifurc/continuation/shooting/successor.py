@@ -787,12 +787,10 @@ def _first_valid(problem, x, p, step=None):
         sides = [] if at is None else [at, *(at + sign * aside for aside in ROUNDED for sign in (-1.0, 1.0))]
         at = next((side for side in sides if values(side) is not None and values(side).max() <= VALID), None)
         if at is not None:
-            found.append(at)
-            if abs(at) <= CLOSE:
+            found.append((bool(abs(made[at][0][-1] - p) > NEXT * problem.parameter_scale), abs(at), at))
+            if found[-1][:2] <= (False, CLOSE):  # elsewhere a guard that is zero by itself may be all that is zero at the start
                 break
-    if not found:
-        return None
-    return made[min(found, key=lambda at: (abs(made[at][0][-1] - p) > NEXT * problem.parameter_scale, abs(at)))][0]
+    return made[min(found)[-1]][0] if found else None
 
 
 def _zero(value, step):
