@@ -1,4 +1,6 @@
 """Branches of the random systems of `test_settled_motions`: every row is a motion, every end is one, from either end the same."""
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
@@ -76,6 +78,8 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("stop_and_friction", 62030, id="a sequence valid over 3e-9 of the parameter and 2e-3 of the way, its fold inside"),
     pytest.param("mixed", 62005, id="equations that are valid over less than the length at which they are begun",
                  marks=pytest.mark.slow),
+    slow("mixed", 70018, id="a guard that is zero by itself is no beginning where the way from there was begun"),
+    slow("mixed", 70013, id="a start that rounding leaves outside of the boundary on which it lies"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])
 def test_branches_of_the_audited_kinds_are_the_same_from_everywhere(kind, number):
@@ -88,6 +92,21 @@ def traced_with_others(kind, number, rows):
     system, name, bounds = audits.scene(kind, number)
     branch = bf.trace(bf.find_orbit(system), name, bounds=bounds, max_steps=audits.MAX_STEPS)
     return branch, [bf.trace(branch.orbits[k], name, bounds=bounds, max_steps=2 * audits.MAX_STEPS) for k in rows]
+
+
+@pytest.mark.slow
+def test_folds_beside_grazings_are_found_until_rounding_from_both_ends():
+    """Impacts of a chattering appear one after the other: what happens there repeats itself in ever smaller size.  The parameter of a
+    fold and that of its grazing differ by a part that falls geometrically, and errors that both share say nothing of it."""
+    branch, others = traced_with_others("between_masses", 70017, (-3,))
+    for other in (branch, *others):
+        points = [point for point in other.special_points if point.kind in ("grazing", "fold") and point.parameter > 0.6692]
+        apart = [abs(one.parameter - two.parameter) for one, two in pairwise(sorted(points, key=lambda point: abs(point.s)))
+                 if one.kind != two.kind and abs(one.s - two.s) < 2e-6]
+        apart = sorted(apart)[-8:]
+        assert len(apart) == 8 and apart[0] < 5e-13
+        assert np.allclose(np.divide(apart[:-1], apart[1:]), 0.46, atol=0.03)
+    assert not audits.differences(branch, others[0], (0.3085, 0.9255), -1)
 
 
 # of the scene `two_masses` 61034: frequency, damping, stiffness, spring and dashpot between the masses, gap, restitution, friction

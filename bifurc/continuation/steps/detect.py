@@ -39,7 +39,7 @@ SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
-LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
+LATE = 1e-3  # part of a step: a zero that small changes of the numbers move by less is moved as far by the opposite ones
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 STRAIGHT, AS_SAID = (1e-3, 1e-2, 0.1), 2.0  # parts of a step from a zero at which a test is a line; factor to what its slope says
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
@@ -52,8 +52,9 @@ SHORT = 1e-6  # step below which a sign change that cannot be polished is taken 
 
 @dataclass(slots=True, eq=False)
 class Found:
-    """A special point on the way; ``s`` and the bracket in the direction of travel, ``bound`` what gives its error as a float, and
-    ``reach`` the arclength to which the place of a flat test is known, where that is more than the bracket."""
+    """A special point on the way; ``s`` and the bracket in the direction of travel, ``bound`` what gives its error as a float,
+    ``own`` the part of it that others nearby do not share, and ``reach`` the arclength to which the place of a flat test is known,
+    where that is more than the bracket."""
 
     kind: SpecialPointKind
     name: str
@@ -72,11 +73,17 @@ class Found:
     corrected: Any = None
     recorded: dict | None = None
     reach: Any = 0.0
+    own: SupportsFloat | None = None
 
     @property
     def error(self) -> float:
         """Bound on the error of the parameter, own units."""
         return float(self.bound)
+
+    @property
+    def apart(self) -> float:
+        """Error of the parameter that special points nearby do not share, own units."""
+        return float(self.bound if self.own is None else self.own)
 
     @property
     def known(self) -> float:
@@ -298,10 +305,10 @@ def crossed(half, row, new, cut):
         if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
         # the parameter stands still where an event is born: whether it turns, both sides tell
-        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.bound)):
+        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.apart)):
             half.slope = float(sign)
             continue
-        if j == 0 and part.born > 0 and (at_start(special.s) or begins and one_with(special, row, 0.0)):
+        if j == 0 and part.born > 0 and (at_start(special.s) or begins and one_with(special, row, told_apart(half, row))):
             half.signs[0] = 0
             continue
         if j == 0:
@@ -342,9 +349,15 @@ def tested(row, j, length):
     return tests_of(c)[j] if c.converged else None
 
 
-def one_with(special, edge, bound) -> bool:
-    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, known to a ``bound``."""
-    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + float(bound)
+def one_with(special, edge, apart) -> bool:
+    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, but for the errors that the
+    two do not share: ``apart`` that of the boundary."""
+    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.apart + apart
+
+
+def told_apart(half, row) -> float:
+    """Return by how much the parameter of a first ``row`` on a boundary differs from the one that the equations before it tell."""
+    return 0.0 if half.pending is None else abs(row.p - float(half.pending[1].x[-1]))
 
 
 def beside_edge(edge, inner, j, s, known) -> bool:
@@ -461,7 +474,8 @@ def located(part, a, b, j, curve, root):
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
                  a.s + root.high * curve.length, Later(partial(parameter_error, part, c, root, j, curve)), part, corrected=c,
-                 reach=Later(lambda: curve.length * flat_to(part, c, root, j, curve)))
+                 reach=Later(lambda: curve.length * flat_to(part, c, root, j, curve)),
+                 own=Later(partial(sampled_error, part, c, root, j, curve)))
 
 
 def named(part, j, x):
@@ -473,19 +487,24 @@ def named(part, j, x):
 
 
 def parameter_error(part, c, root, j, curve=None):
-    """Bound on the error of the parameter at a root of test ``j`` on a curve, or on the tangent of a row, own units.
+    """Bound on the error of the parameter at a root of test ``j`` on a curve, or on the tangent of a row, own units: what is seen
+    there, and what probes as close as those of the root do not see, because they may all be off by the same."""
+    length = 1.0 if curve is None else curve.length
+    shared = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
+    return sampled_error(part, c, root, j, curve) + shared
+
+
+def sampled_error(part, c, root, j, curve=None):
+    """Bound on the part of `parameter_error` that special points nearby do not share.
 
     Probes as close as those of the root show a bend of the parameter that is nothing but noise where points are badly determined;
-    along a step it is not larger than that of its cubic.  And they may all be off by the same.
+    along a step it is not larger than that of its cubic.
     """
     p_scale = float(part.scale[-1])
-    p = abs(float(c.x[-1]))
-    length = 1.0 if curve is None else curve.length
     place = place_error(part, c, root, j, curve)
-    along = p_scale * abs(float(c.tangent[-1])) * length * place
+    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * place
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
-    own = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
-    return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+    return along + 0.5 * bend * place**2 + root.p_noise + 1e-15 * (abs(float(c.x[-1])) + p_scale)
 
 
 def error_behind(special, bound, first) -> float:
@@ -602,18 +621,23 @@ def number_error(part, c, root, j, length):
     """Return what the rounding of the system's numbers, and of the flow that is made of them, does to the parameter at a root of
     test ``j``: an error which neighbouring points share, so that probes do not show it.
 
-    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero: an answer far
-    out of proportion tells nothing, and that to the opposite change is asked.
+    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero, or are not known
+    there: where it moves far the opposite change is asked too, and the lesser way is that in proportion.  Where neither is known,
+    nor is the error.
     """
     size, pairs = part.problem.shaken()
     found = 0.0
     for pair in pairs:
+        answers = []
         for make in pair:
             made = make().correct(c.x, c.tangent)
             late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope if made.converged else math.inf
+            if abs(late) < math.inf:
+                moved = float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])
+                answers.append((abs(late), abs(moved)))
             if abs(late) < LATE:
-                found = max(found, abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
                 break
+        found = max(found, min(answers)[1] if answers else math.inf)
     return FLOW / size * found
 
 
