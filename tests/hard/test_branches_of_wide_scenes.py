@@ -168,12 +168,11 @@ EXACT = 0.45995676454  # +- 1e-12
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rows", [(2, 103, 105), pytest.param((-3,), marks=pytest.mark.xfail(
-    strict=False, reason="on some processors 2.29e-11 off, stated are 2.17e-11: open"))])
+@pytest.mark.parametrize("rows", [(2, 103, 105), (-3,)])
 def test_the_last_change_before_an_accumulation_is_within_its_stated_error(rows):
     """Period map of the mass in closed form from event to event, with 30 digits: its events are one more below this gap."""
     branch, others = traced_with_others("stop_and_friction", 61016, rows)
     for other in (branch, *others):
         point = min(other.special_points, key=lambda point: abs(point.parameter - EXACT))  # one branch finds a further one
-        assert abs(point.parameter - EXACT) <= point.error < 1e-8  # least known where steps begin 7e-6 beside it
+        assert abs(point.parameter - EXACT) <= point.error < 1e-7  # so near to the accumulation numbers move it by 6e5 times theirs
         assert min(end.p for end in other.ends) > EXACT - 1e-7 and other.audit.ok
