@@ -50,7 +50,7 @@ ROUNDING = 1e-12  # value of a monitor that tells nothing
 ZERO, FURTHER = 4.0 * EPS, 100.0  # of one that is zero but for rounding; how much farther away it is looked at again
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
-SECANTS = 60
+NEARBY, SECANTS = 1e-6, 60  # scaled length of a first secant; most of them
 HALVINGS = 30  # of the length in which a short validity ends
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
 ASTRAY = 0.5  # of a length along a direction, by which a solution may lie beside it
@@ -755,7 +755,8 @@ def _first_valid(problem, x, p, step=None):
 
     The largest of the monitors has corners, beyond which one that is nearly flat may hide one that is zero nearby: the zeros of
     each are looked for as well; and that of the listed events is itself the largest of many, so those of every slow impact and
-    short interval.
+    short interval.  A guard that is zero by itself, as long as nothing moves what it watches, has a zero everywhere and begins
+    nothing.
     """
     keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
     tangent = problem.null_tangent(x)
@@ -777,8 +778,10 @@ def _first_valid(problem, x, p, step=None):
         value = None if values(s) is None else speeds(s)[i]
         return value if value is not None and math.isfinite(value) else None
 
-    tests = [lambda s, pick=pick: None if values(s) is None else float(pick(values(s)))
-             for pick in (np.max, *map(operator.itemgetter, range(len(keys))))]
+    pair = [values(0.0), values(step or NEARBY)]
+    left = [k for k in range(len(keys)) if any(pick is not None and abs(pick[k]) > ZERO for pick in pair)]
+    tests = [lambda s, pick=pick: None if values(s) is None else float(np.max(values(s)[pick]))
+             for pick in (left, *([k] for k in left)) if pick]
     tests += [functools.partial(event, i=i) for i, value in enumerate(listed_speeds(problem, x))
               if value is not None and abs(value) <= SLOW]
     found = []
@@ -787,10 +790,12 @@ def _first_valid(problem, x, p, step=None):
         sides = [] if at is None else [at, *(at + sign * aside for aside in ROUNDED for sign in (-1.0, 1.0))]
         at = next((side for side in sides if values(side) is not None and values(side).max() <= VALID), None)
         if at is not None:
-            found.append((bool(abs(made[at][0][-1] - p) > NEXT * problem.parameter_scale), abs(at), at))
-            if found[-1][:2] <= (False, CLOSE):  # elsewhere a guard that is zero by itself may be all that is zero at the start
+            found.append(at)
+            if abs(at) <= CLOSE:
                 break
-    return made[min(found)[-1]][0] if found else None
+    if not found:
+        return None
+    return made[min(found, key=lambda at: (abs(made[at][0][-1] - p) > NEXT * problem.parameter_scale, abs(at)))][0]
 
 
 def _zero(value, step):
@@ -801,7 +806,7 @@ def _zero(value, step):
     s0, f0 = 0.0, value(0.0)
     if f0 is None:
         return None
-    s1 = step or (1e-6 if abs(f0) < 1e-3 else 1e-4)
+    s1 = step or (NEARBY if abs(f0) < 1e-3 else 1e-4)
     f1 = value(s1)
     step = s1
     for _ in range(SECANTS):

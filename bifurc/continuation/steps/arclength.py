@@ -567,7 +567,6 @@ class Half:
             if isinstance(answer, str):
                 return self.stop(StopReason.NO_SUCCESSOR, answer)
             problem, x, tangent = answer
-            born = [k for k, other in enumerate(problem.monitors) if other.boundary]
             successor = Part(problem, part.index + 1)
             tangent = np.asarray(tangent, float)
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
@@ -581,8 +580,7 @@ class Half:
         if along:  # dp/ds so near to the beginning is rounding
             tests[0] = 0.0
         first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
-        if born:
-            successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
+        successor.born = detect.born_on(first, along)
         cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first))
         self.drop_beside(row, cut.special, 0.0 if problem.placed is None else abs(float(x[-1]) - row.p))
         self.parts.append(successor)

@@ -19,7 +19,7 @@ from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
 from ...solve.zeros import SAFETY
 from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
-from ..problem import Corrected
+from ..problem import ROUNDED, Corrected
 from ..watching import bare
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
@@ -463,7 +463,35 @@ def zero_between(part, a, b, j):
         root = found[0]
     if root is None and j in part.boundary and fa * fb < 0.0:
         root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
+    elif root is not None and j in part.boundary and leaps(root, fa, fb):
+        root = at_leap(value, root, part.touch) or root
     return located(part, a, b, j, curve, root)
+
+
+def leaps(root, fa, fb) -> bool:
+    """Whether most of the way of a test from ``fa`` to ``fb`` lies in what is left of its bracket round a root, which is no line."""
+    return not root.settled and abs(root.slope) * (root.high - root.low) > 0.5 * (abs(fa) + abs(fb))
+
+
+def at_leap(value, root, touch):
+    """Return the `Root` where a test leaps to zero or from it, as the largest value of a guard does that begins to have one inside
+    of an interval; None where it leaps over zero, by more than a ``touch``.
+
+    Behind the leap the test may be zero with some power of the way, and its sign there rounding: which side a place is on the size
+    of the leap tells.
+    """
+    ends = value(root.low), value(root.high)
+    if None in ends:
+        return None
+    (below, _), (above, _) = ends
+    middle = 0.5 * (below + above)
+
+    def side(t):
+        made = value(t)
+        return None if made is None else (made[0] - middle, made[1])
+    made = bracketed(side, root.low, below - middle, root.high, above - middle)
+    beside = [] if made is None else [value(made.low), value(made.high)]
+    return made if beside and None not in beside and min(abs(v) for v, _ in beside) <= touch else None
 
 
 def located(part, a, b, j, curve, root):
@@ -534,6 +562,20 @@ def error_behind(special, bound, first) -> float:
     # what neither side lists, as the last impacts of a complete chattering, both may not see
     return max(known, *(problem.uncertainty(c.x, c.tangent) for problem, c in (
         (special.part.problem, special.corrected), (part.problem, root.point))))
+
+
+def born_on(first, along) -> int:
+    """Return the boundary test that is zero where equations begin, a length ``along`` before their row ``first``; -1 without one.
+
+    Of several that are zero there one that is zero by itself, ahead as well, tells nothing.
+    """
+    part = first.part
+    order = sorted(part.boundary, key=lambda j: abs(first.tests[j]))
+    if len(order) > 1 and part.touch < math.inf and (along or abs(first.tests[order[1]]) <= part.touch):
+        ahead = row_ahead(first)
+        told = [j for j in order if ahead is not None and max(abs(first.tests[j]), abs(ahead.tests[j])) > ROUNDED]
+        order = told or order
+    return order[0] if order else -1
 
 
 def zero_there(special, part, root, curve) -> bool:
