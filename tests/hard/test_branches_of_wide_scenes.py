@@ -96,8 +96,8 @@ def traced_with_others(kind, number, rows):
 
 @pytest.mark.slow
 def test_folds_beside_grazings_are_found_until_rounding_from_both_ends():
-    """Impacts of a chattering appear one after the other: what happens there repeats itself in ever smaller size.  The parameter of a
-    fold and that of its grazing differ by a part that falls geometrically, and errors that both share say nothing of it."""
+    """Impacts of a chattering appear one after the other: what happens there repeats itself in ever smaller size.  The parameter of
+    a fold and that of its grazing differ by a part that falls geometrically, and errors that both share say nothing of it."""
     branch, others = traced_with_others("between_masses", 70017, (-3,))
     for other in (branch, *others):
         points = [point for point in other.special_points if point.kind in ("grazing", "fold") and point.parameter > 0.6692]

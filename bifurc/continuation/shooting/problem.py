@@ -357,19 +357,22 @@ class OrbitProblem(Problem):
         return FIRST_ORDER * rate * max(self._unlisted(at) for at in (x, *(c.x for c in beside)))
 
     def _incomplete(self, x, tangent) -> float:
-        """Return how far from ``x`` (n + 1,) the parameter is of an orbit whose impacts are over before the stop lets go.
+        """Return how far from ``x`` (n + 1,) the parameter is of an orbit whose impacts are over before the stop lets go; inf where
+        none is found, as of a parameter that does not move what chatters.
 
         The acceleration falls to zero over the rest.  Impacts that it would end within a quarter of the rest, were it constant,
         last at most twice as long; where the listed ones leave nothing of the rest, the others have no end.
         """
         def over(at):
             return self._resting(at)[1] > 4.0 * self._unlisted(at)
-        for away in () if over(x) else AWAY * 2.0**np.arange(-20, 20):
+        if over(x):
+            return 0.0
+        for away in AWAY * 2.0**np.arange(-20, 20):
             beside = [self.correct(x + way * away * self.scale * tangent, tangent) for way in (-1.0, 1.0)]
             found = [abs(c.p - float(x[-1])) for c in beside if c.converged and over(c.x)]
             if found:
                 return min(found)
-        return 0.0
+        return math.inf
 
     def blur(self, found: Corrected) -> float:
         """See `Problem.blur`: at a given arclength, by the rounding of the flow."""

@@ -317,7 +317,7 @@ class Half:
         low, high, room = self.options.low, self.options.high, 1e-12 * part.scale[-1]
         if low - room <= p <= high + room:  # whatever its error
             return False
-        room += float(error)
+        room += decides(error)
         return not low - room <= p <= high + room
 
     def accept_bound(self, row, beyond):
@@ -328,7 +328,7 @@ class Half:
     def bound_first(self, new, cut):
         """Whether a row lies on a bound, and a boundary of the equations on it too, to rounding: the branch ends on the bound."""
         return new.p in (self.options.low, self.options.high) and (
-            abs(cut.row.p - new.p) <= 1e-12 * new.part.scale[-1] + cut.special.error)
+            abs(cut.row.p - new.p) <= 1e-12 * new.part.scale[-1] + decides(cut.special.bound))
 
     def take(self, row, new, found):
         """Append an accepted row and its special points; ask the user's functions."""
@@ -594,7 +594,7 @@ class Half:
         off = problem.uncertainty(np.asarray(x, float), tangent)
         if off > 0.0:  # else nothing asks for the error yet; what both equations are off by is in it
             own = part.problem.uncertainty(cut.corrected.x, cut.corrected.tangent)
-            cut.special.bound = cut.special.error + max(off - own, 0.0)
+            cut.special.bound = cut.special.error + (off - own if off > own else 0.0)
         if problem.placed is not None:
             cut.special.x, cut.special.bound = np.append(cut.special.x[:-1], float(x[-1])), problem.placed
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
@@ -692,6 +692,12 @@ def raised(error) -> tuple[StopReason, float, str]:
     if isinstance(error, CallbackError):
         return StopReason.CALLBACK_FAILED, 0.25, str(error)
     return StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}"
+
+
+def decides(error) -> float:
+    """Return the error (as a float) of a value within which it counts as another one: none where that is not known."""
+    found = float(error)
+    return found if found < math.inf else 0.0
 
 
 def outward(row, options):

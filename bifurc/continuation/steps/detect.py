@@ -39,7 +39,7 @@ SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
-LATE = 1e-3  # part of a step: a zero that small changes of the numbers move by less is moved as far by the opposite ones
+LATE = 1e-3  # part of a step: a zero that small changes of the numbers move by less the opposite ones move as far
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 STRAIGHT, AS_SAID = (1e-3, 1e-2, 0.1), 2.0  # parts of a step from a zero at which a test is a line; factor to what its slope says
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
@@ -469,7 +469,7 @@ def zero_between(part, a, b, j):
 
 
 def leaps(root, fa, fb) -> bool:
-    """Whether most of the way of a test from ``fa`` to ``fb`` lies in what is left of its bracket round a root, which is no line."""
+    """Whether most of the way of a test from ``fa`` to ``fb`` lies in what is left of its bracket round a root."""
     return not root.settled and abs(root.slope) * (root.high - root.low) > 0.5 * (abs(fa) + abs(fb))
 
 
@@ -663,9 +663,9 @@ def number_error(part, c, root, j, length):
     """Return what the rounding of the system's numbers, and of the flow that is made of them, does to the parameter at a root of
     test ``j``: an error which neighbouring points share, so that probes do not show it.
 
-    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero, or are not known
-    there: where it moves far the opposite change is asked too, and the lesser way is that in proportion.  Where neither is known,
-    nor is the error.
+    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero, or are not
+    known there: where it moves far the opposite change is asked too, and the lesser way is that in proportion.  Where neither is
+    known, nor is the error.
     """
     size, pairs = part.problem.shaken()
     found = 0.0
