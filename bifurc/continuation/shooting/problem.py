@@ -25,7 +25,7 @@ from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, kept, of_
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, at_limits, divided, repeated, sections, since
-from ...solve.bordered import kernel
+from ...solve.bordered import Factors, kernel
 from ...solve.steprun import SIZE, run_of
 from ...system import System
 from ..conditions import ASIDE, difference
@@ -382,10 +382,9 @@ class OrbitProblem(Problem):
         """Return by how much rounding moves the solution ``x`` (n + 1,) across ``tangent``, scaled."""
         _, wide, rounded = self._linearised(x)
         try:
-            answers = np.linalg.inv(np.vstack([wide * self.scale, tangent]))[:, :-1]
+            return Factors(np.vstack([wide * self.scale, tangent])).largest(np.append(rounded, 0.0)) * OF_FLOW
         except np.linalg.LinAlgError:
             return math.inf
-        return float((np.abs(answers) @ rounded).max()) * OF_FLOW
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""

@@ -27,7 +27,7 @@ from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.instants import in_order
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
 from ...orbits.shooting.signature import divided, repeated, sections, translated
-from ...solve.bordered import least_solution
+from ...solve.bordered import Factors, least_solution
 from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
 from . import autonomous
@@ -244,7 +244,8 @@ def determined(problem, c) -> bool:
     J = np.column_stack(problem.jacobian(x[:-1], x[-1]))
     noise = EPS * (np.abs(J[:, :n]) @ np.abs(x[:-1]))
     try:
-        moves = np.linalg.inv(np.vstack([J, c.tangent / problem.scale]))[:n:size, :n]  # of the times of events, by residual;
+        times = np.eye(n + 1)[:, :n:size]
+        moves = Factors(np.vstack([J, c.tangent / problem.scale])).solve(times, True)[:n].T.copy()  # of events, by residual;
     except np.linalg.LinAlgError:  # without a clock that of the period comes first
         return False
     s, U = problem.sequence.written_out(x[:-1])

@@ -33,6 +33,7 @@ NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a bou
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ASIDE_NOISE, NOISE_AT = 1e-6, (1.0, 2.4, 4.0)  # arclength before a row, its multiples: there noise is looked up
+NARROW = 1e-12  # part of a step in which a leap is enclosed: no smaller one is told from rounding
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving, also where it jumps
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
@@ -463,8 +464,8 @@ def zero_between(part, a, b, j):
         root = found[0]
     if root is None and j in part.boundary and fa * fb < 0.0:
         root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
-    elif root is not None and j in part.boundary and leaps(root, fa, fb):
-        root = at_leap(value, root, part.touch) or root
+    elif root is not None and j in part.boundary and tests_of(root.point)[j] > part.touch and leaps(root, fa, fb):
+        root = at_leap(value, root, part.touch) or root  # what a touch of its boundary is not is no zero
     return located(part, a, b, j, curve, root)
 
 
@@ -489,7 +490,7 @@ def at_leap(value, root, touch):
     def side(t):
         made = value(t)
         return None if made is None else (made[0] - middle, made[1])
-    made = bracketed(side, root.low, below - middle, root.high, above - middle)
+    made = bracketed(side, root.low, below - middle, root.high, above - middle, narrow=NARROW)
     beside = [] if made is None else [value(made.low), value(made.high)]
     return made if beside and None not in beside and min(abs(v) for v, _ in beside) <= touch else None
 
