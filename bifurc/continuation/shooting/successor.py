@@ -123,8 +123,10 @@ def successor(problem, point, through=False):
                 rank = preference(problem, point, *found, through)
                 if rank == BEST and signature.closure <= problem.sequence.closure:  # half a period may begin from another step
                     return found, search
-                done = _cycle(problem.scene, signature)
-                tried += [done, over_whole(done)] if signature.closure < 0 else [done]
+                tried.append(_cycle(problem.scene, signature))
+                if signature.closure < 0:  # listed over the whole period these are the same motions, wherever rounding begins them
+                    tried.append(over_whole(tried[-1]))
+                    spare = [other for other in spare if cycle(other[1][0]) != tried[-1]]
                 spare.append((rank, found))
     for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
         made = dropped(problem, point.x, near)
