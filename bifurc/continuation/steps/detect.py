@@ -7,7 +7,7 @@ neither loses it nor counts it twice.
 One file, because every test of a step is bracketed, cut and polished by the same functions.
 """
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, SupportsFloat
@@ -479,7 +479,7 @@ def at_leap(value, root, touch):
     of an interval; None where it leaps over zero, by more than a ``touch``.
 
     Behind the leap the test may be zero with some power of the way, and its sign there rounding: which side a place is on the size
-    of the leap tells.
+    of the leap tells.  The point is that of the side on which the test is zero: there what begins is seen.
     """
     ends = value(root.low), value(root.high)
     if None in ends:
@@ -491,8 +491,11 @@ def at_leap(value, root, touch):
         made = value(t)
         return None if made is None else (made[0] - middle, made[1])
     made = bracketed(side, root.low, below - middle, root.high, above - middle, narrow=NARROW)
-    beside = [] if made is None else [value(made.low), value(made.high)]
-    return made if beside and None not in beside and min(abs(v) for v, _ in beside) <= touch else None
+    beside = [] if made is None else [(t, value(t)) for t in (made.low, made.high)]
+    if not beside or None in [found for _, found in beside]:
+        return None
+    at, (least, point) = min(beside, key=lambda item: abs(item[1][0]))
+    return replace(made, at=at, point=point) if abs(least) <= touch else None
 
 
 def located(part, a, b, j, curve, root):
