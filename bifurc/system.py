@@ -30,6 +30,7 @@ from .checks import (
 )
 from .elements import BUILT_IN, Core, Element
 from .elements.element import tupled
+from .elements.friction.joint import joints
 from .elements.friction.together import leaders
 from .structure.names import dof_names, place_of
 
@@ -383,10 +384,20 @@ class System:
         return tuple(order)
 
     @functools.cached_property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states of a system of first order, see `piecewise`; none of a system with degrees of freedom."""
+        return () if self.n else tuple(name for element in self.elements for name in element.memory)
+
+    @functools.cached_property
     def together(self) -> tuple[tuple[int, float], ...]:
         """For each element the first dry friction on its row, with which it rests and moves off, and how many times the row of that
         one its own is (-1: it runs the other way); itself where there is none.  That may be so at one value of a parameter only."""
         return leaders(self.elements, self.n)
+
+    @functools.cached_property
+    def joints(self) -> tuple:
+        """Dry frictions whose rows depend on those of others, with which they rest and move off, see `friction.joint`."""
+        return joints(self.labels, self.elements, self.together, self.n, self.core)
 
     @functools.cached_property
     def structure(self) -> tuple:

@@ -12,6 +12,8 @@ from typing import Any
 import bifurc as bf
 from bifurc import io
 
+from ..structure.components import by_number, worded
+
 
 @dataclass(frozen=True)
 class Story:
@@ -186,10 +188,10 @@ def check_measure(name: str, system: Any, extra: tuple[str, ...] = ()) -> str:
     ------
     UsageError
     """
-    match = re.fullmatch(r"(max|min|rms|h1)_(0|[1-9]\d*)", name)
-    if name not in extra and (match is None or int(match[2]) >= system.n):
-        last = f" .. %s_{system.n - 1}" if system.n > 1 else ""
-        known = [f"{kind}_0{last.replace('%s', kind)}" for kind in ("max", "min", "rms", "h1")]
+    match = re.fullmatch(r"(max|min|rms|h1)_(0|[1-9]\d*)", by_number(name, system.states))
+    if name not in extra and (match is None or int(match[2]) >= system.measured):
+        known = [" .. ".join(dict.fromkeys(worded(f"{kind}_{k}", system.states) for k in (0, system.measured - 1)))
+                 for kind in ("max", "min", "rms", "h1")]
         raise UsageError(f"--measure {name!r} is unknown; there are {', '.join((*known, *extra))}")
     return name
 

@@ -13,6 +13,7 @@ from ..elements import Affine, Algebraic, Circle, Frame, Guard, Law, Mode, Rate,
 from ..elements.friction.together import mode_of
 from ..system import System
 from . import pieces as parts
+from .jointly import Resting, joint_guards, resting
 from .pieces import Piece, SceneLaw
 from .tables import Tables
 
@@ -152,10 +153,11 @@ class Held(NamedTuple):
 
 
 class Packer:
-    """Fills the numbers of scene modes for one system, in which these contacts rest ``together`` (`friction.together`)."""
+    """Fills the numbers of scene modes for one system, in which these contacts rest ``together`` (`friction.together`), and
+    where there are ``joints`` those that depend on each other jointly (`friction.joint`)."""
 
-    def __init__(self, system: System, frame: Frame, slices: list[slice], together: tuple[tuple[int, float], ...]):
-        self.system, self.frame, self.slices, self.together = system, frame, slices, together
+    def __init__(self, system: System, frame: Frame, slices: list[slice], together: tuple[tuple[int, float], ...], joints: tuple):
+        self.system, self.frame, self.slices, self.together, self.joints = system, frame, slices, together, joints
         self.core = WatchedCore(system.core)
         M, C, K, _ = system.core
         n = system.n
@@ -170,6 +172,8 @@ class Packer:
         self._loads: dict[tuple[int, Hashable], np.ndarray | None] = {}
         self._pieces: dict[tuple[int, Hashable, tuple], list[Piece]] = {}
         self._laws: dict[tuple[int, Hashable, tuple], dict[tuple, tuple[SceneLaw, Piece]]] = {}
+        self._resting: dict[tuple, Resting] = {}
+        self.carries: dict[tuple, tuple[tuple[int, Hashable], ...]] = {}  # see `jointly.carried`
 
     @property
     def reads_omega(self) -> bool:
@@ -243,7 +247,7 @@ class Packer:
         """Return whether the rows held by all elements together are independent, and of circles on one body one holds rows."""
         if any(self.mode(e, keys[e]).hold and self.mode(other, keys[other]).hold for e, other in self.meeting_circles):
             return False
-        H, D, _ = self._held(enumerate(keys))
+        H, D, _ = self.held(enumerate(keys))
         if len(H) <= 1:
             return True
         gram = H @ self.inverse @ D
@@ -256,7 +260,9 @@ class Packer:
 
         Also what its rounding is measured by (nx,): the sum of the sizes of all that was added.
         """
-        held = [(hold, *self._met(e, x)) for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
+        owners = sorted([*self.held(enumerate(keys))[2], *((e, hold) for e, key in enumerate(keys) if self.sites[e].curved
+                                                           for hold in self.mode(e, key).hold)], key=lambda owner: owner[0])
+        held = [(hold, *self._met(e, x)) for e, hold in owners]
         y, sizes, n = x.copy(), np.abs(x), self.frame.n
         if held:
             J = np.array([rows[hold.row] for hold, rows, _ in held])
@@ -266,7 +272,7 @@ class Packer:
             for _ in range(REFINED):
                 y[n:2 * n] -= X @ impulses
                 sizes[n:2 * n] += np.abs(X) @ np.abs(impulses)
-                impulses = solve @ [self._met(e, y)[1][hold.row] for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
+                impulses = solve @ [self._met(e, y)[1][hold.row] for e, hold in owners]
         return y, sizes
 
     def _met(self, element: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -285,21 +291,19 @@ class Packer:
         The speed of a contact on a row that another one holds stays what it is, to the last digit; so does how far a slider under
         it is from its limit, while its memory stands still.
         """
-        found, (H, _, _) = [], self._held(enumerate(keys))
-        for e, key in enumerate(keys):
-            mode = self.mode(e, key)
-            for guard in mode.guards:
-                value, order = guard.value, 0
-                if isinstance(value, Affine) and len(H) and not self.moving(e, keys) and value.names <= {"u", "s", "z", "one"} \
-                        and value.names & {"u", "s"} and all(
-                            name != "z" or not mode.memory or mode.memory[i] is None for name, i in value.terms):
-                    order = 2 if "u" in value.names else 1
-                    for part in sorted(value.names & {"u", "s"}):
-                        row = sum(weight * self.sites[e].J[i] for (name, i), weight in value.terms.items() if name == part)
-                        left = row - np.linalg.lstsq(H.T, row, rcond=None)[0] @ H
-                        if not np.abs(left).max() <= RANK * np.abs(row).max():
-                            order = 0
-                found.append(order)
+        found, (H, _, _) = [], self.held(enumerate(keys))
+        for e, _, guard in self.guards(keys):
+            mode, value, order = self.mode(e, keys[e]), guard.value, 0
+            if isinstance(value, Affine) and len(H) and not self.moving(e, keys) and value.names <= {"u", "s", "z", "one"} \
+                    and value.names & {"u", "s"} and all(
+                        name != "z" or not mode.memory or mode.memory[i] is None for name, i in value.terms):
+                order = 2 if "u" in value.names else 1
+                for part in sorted(value.names & {"u", "s"}):
+                    row = sum(weight * self.sites[e].J[i] for (name, i), weight in value.terms.items() if name == part)
+                    left = row - np.linalg.lstsq(H.T, row, rcond=None)[0] @ H
+                    if not np.abs(left).max() <= RANK * np.abs(row).max():
+                        order = 0
+            found.append(order)
         return found
 
     def moving(self, element: int, keys: tuple) -> bool:
@@ -322,7 +326,7 @@ class Packer:
         W = site.J @ site.X
         if not beside:
             return W
-        J, D, _ = self._held(beside)
+        J, D, _ = self.held(beside)
         taken = (site.J @ self.inverse @ D) @ np.linalg.solve(J @ self.inverse @ D, J @ site.X)
         return cancelled(W - taken, np.abs(W) + np.abs(taken))
 
@@ -343,7 +347,7 @@ class Packer:
         if not site.curved or not self.mode(element, keys[element]).hold:
             return ()
         others = tuple((e, key) for e, key in enumerate(keys) if not self.sites[e].curved and self.mode(e, key).hold)
-        return others if np.any(self._held(others)[0] @ site.X) else ()
+        return others if np.any(self.held(others)[0] @ site.X) else ()
 
     def acts(self, keys: tuple, laws: tuple[SceneLaw, ...], first: dict[tuple, int]) -> list[int]:
         """Return 1 + the place of the values of every law in the mode of these keys; 0 where it does not act.
@@ -375,9 +379,40 @@ class Packer:
         key = keys[law.element]
         return self._scene_laws(law.element, key)[law.group][1] if key in law.keys else None
 
-    def _held(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[np.ndarray, np.ndarray, list]:
-        """Return straight rows J (holds, n) that (element, key) hold, pushes J^T push (n, holds), and the (element, hold) pairs."""
+    @cached_property
+    def frictions(self) -> list[int]:
+        """Elements that hold a row by a set-valued law, of those that rest together the first; none where nothing rests jointly."""
+        return [e for e, element in enumerate(self.system.elements) if self.joints and self.together[e][0] == e
+                and any(self.mode(e, key).bounds for key in element.start)]
+
+    def guards(self, keys: tuple) -> list[tuple[int, int, Guard]]:
+        """Return element, number and meaning of every guard of a mode; contacts that rest jointly have theirs at the end."""
+        found = [(e, number, guard) for e, key in enumerate(keys) for number, guard in enumerate(self.mode(e, key).guards)]
+        if not self.joints:
+            return found
+        rests, owners = self._rests(enumerate(keys))
+        jointly = {owners[i][0] for places, _ in rests.groups for i in places}
+        return [one for one in found if not (one[0] in jointly and isinstance(one[2].value, Affine) and "lam" in one[2].value.names)
+                ] + joint_guards(self, keys, owners, rests)
+
+    def _rests(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[Resting, list]:
+        """Return which straight rows that (element, key) hold rest jointly, and the (element, hold) pairs of all."""
+        modes = tuple(modes)
         owners = [(e, hold) for e, key in modes if not self.sites[e].curved for hold in self.mode(e, key).hold]
+        if modes not in self._resting:
+            self._resting[modes] = resting(self, owners)
+        return self._resting[modes], owners
+
+    def held(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[np.ndarray, np.ndarray, list]:
+        """Return straight rows J (holds, n) that (element, key) hold, pushes J^T push (n, holds), and the (element, hold) pairs.
+
+        Of rows that rest jointly those that hold the others too.
+        """
+        if self.joints:
+            rests, owners = self._rests(modes)
+            owners = [owner for i, owner in enumerate(owners) if i not in rests.redundant]
+        else:
+            owners = [(e, hold) for e, key in modes if not self.sites[e].curved for hold in self.mode(e, key).hold]
         J, D = np.empty((len(owners), self.frame.n)), np.empty((self.frame.n, len(owners)))
         for i, (e, hold) in enumerate(owners):
             J[i] = self.sites[e].J[hold.row]
@@ -409,7 +444,7 @@ class Packer:
         n = frame.n
         loads = [load for e, key in enumerate(keys) if (load := self._load(e, key)) is not None]
         hold = self._eliminate(T, m, keys, loads)
-        g = 0
+        guards = {(e, number): (g, guard) for g, (e, number, guard) in enumerate(self.guards(keys))}
         for e, key in enumerate(keys):
             mode, site = self.mode(e, key), self.sites[e]
             if not (mode.guards or mode.hold or mode.memory):
@@ -423,16 +458,22 @@ class Packer:
             for i, memory in enumerate(mode.memory):
                 if isinstance(memory, Rate):
                     T.A[m, self.slices[e].start + i] = frame.row(memory.value, local)
-            for number, guard in enumerate(mode.guards):
+            for number in range(len(mode.guards)):
+                if (e, number) not in guards:
+                    continue
+                g, guard = guards.pop((e, number))
                 if number in watched:
                     self._fill_watched(T, m, g, e, number, keys, laws)
                 else:
                     T.G[m, g] = frame.row(guard.value, local)
                 self._fill_reset(T, m, g, e, mode, guard, hold, keys)
                 if laws and own and isinstance(guard.value, Affine):
-                    weights = np.array([guard.value.terms.get(("lam", k), 0.0) for k in range(len(own))])
-                    T.LG[m, g] = weights @ self._reaction(hold, own, keys, laws)
-                g += 1
+                    self._fill_reaction(T, m, g, guard.value, hold, own, keys, laws)
+        for (e, _), (g, guard) in guards.items():
+            T.G[m, g] = frame.row(guard.value, {"lam": hold.lam})
+            self._fill_reset(T, m, g, e, self.mode(e, keys[e]), guard, hold, keys)
+            if laws and isinstance(guard.value, Affine):
+                self._fill_reaction(T, m, g, guard.value, hold, list(range(len(hold.owners))), keys, laws)
         row = 0
         for law in laws:
             if law.stage != parts.GUARD and self.acting(law, keys):
@@ -452,7 +493,7 @@ class Packer:
         Each load loses it for itself: what one along a held row leaves is zero, not its rounding in the sum with others, that
         may be far smaller.
         """
-        J, D, owners = self._held(enumerate(keys))
+        J, D, owners = self.held(enumerate(keys))
         free = T.A[m, self.frame.n:2 * self.frame.n]
         if not owners:
             for load in loads:
@@ -486,6 +527,12 @@ class Packer:
         meets = -hold.solve[own] @ hold.J
         return np.hstack([meets @ self.sites[law.element].X * (law.stage <= parts.REACTION and keys[law.element] in law.keys)
                           for law in laws])
+
+    def _fill_reaction(self, T: Views, m: int, g: int, value: Affine, hold: "Held", own: list[int], keys: tuple,
+                       laws: tuple[SceneLaw, ...]) -> None:
+        """Write how forces of laws change guard ``g`` through the multipliers of the rows ``own``."""
+        weights = np.array([value.terms.get(("lam", k), 0.0) for k in range(len(own))])
+        T.LG[m, g] = weights @ self._reaction(hold, own, keys, laws)
 
     def _fill_watched(self, T: Views, m: int, g: int, e: int, number: int, keys: tuple, laws: tuple[SceneLaw, ...]) -> None:
         """Make guard ``g`` the value of its law."""

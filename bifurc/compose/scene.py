@@ -18,8 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elements import EventKind, Frame, Guard
+from ..elements.friction.joint import Joint
 from ..elements.friction.together import includes, key_of
 from ..system import System
+from .jointly import FIRST, carried, slips
 from .numbers import Block, DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
 from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
@@ -65,7 +67,12 @@ def beside(system: System, name: str, value: float, inside: float) -> System:
     """Return the system with a parameter changed, which its last digit moves towards ``inside`` where other contacts would rest
     together at just this value: what the modes of the system come to there is the limit of their motions."""
     made = system.with_parameters(**{name: value})
-    return made if made.together == system.together else system.with_parameters(**{name: math.nextafter(value, inside)})
+    return made if alike(made, system) else system.with_parameters(**{name: math.nextafter(value, inside)})
+
+
+def alike(one: System, other: System) -> bool:
+    """Return whether the same contacts rest together, and jointly, in two systems."""
+    return one.together == other.together and one.joints == other.joints
 
 
 def given(system: System, tables: Tables) -> System:
@@ -97,8 +104,8 @@ class Scene:
     Attributes
     ----------
     system : System
-    together : tuple of (int, int)
-        Contacts that rest together, see `System.together`; those of the first system of these modes.
+    together, joints : tuple
+        Contacts that rest together, and jointly, see `System`; those of the first system of these modes.
     n, ns, nw : int
         Degrees of freedom, states, forcing states.
     harmonics : tuple of int
@@ -122,7 +129,7 @@ class Scene:
     tables: Tables
 
     def __init__(self, system: System, modes: Iterable[tuple] = ()):
-        self.system, self.together = system, system.together
+        self.system, self.together, self.joints = system, system.together, system.joints
         elements = system.elements
         n = system.n
         self.slices, nz = [], 0
@@ -179,7 +186,7 @@ class Scene:
 
     @functools.cached_property
     def _packer(self) -> Packer:
-        return Packer(self.system, self.frame, self.slices, self.together)
+        return Packer(self.system, self.frame, self.slices, self.together, self.joints)
 
     @functools.cached_property
     def _guards(self) -> list[tuple[GuardOf, ...]]:
@@ -300,6 +307,33 @@ class Scene:
         """Return the status of a motion that ends in a mode; None where it goes on."""
         return next((status for e, key, status in self._final if key == self.keys[mode][e]), None)
 
+    @functools.cached_property
+    def _has_regions(self) -> bool:
+        return any(element.regions or element.slides for element in self.system.elements)
+
+    def region(self, mode: int) -> tuple[str, ...]:
+        """Return the sides of surfaces on which the fields of a mode act; empty where none of its elements has such regions."""
+        if not self._has_regions:
+            return ()
+        return tuple(sides for element, own in zip(self.system.elements, self.keys[mode], strict=True)
+                     for key, sides in element.regions if key == own)
+
+    def ended(self, mode: int, status: str) -> int:
+        """Return the mode with which a motion ends with a status that one of its elements knows."""
+        e, key = next((e, key) for e, element in enumerate(self.system.elements) for key, own in element.final if own == status)
+        return self.index(self._with_key(self.keys[mode], e, key))
+
+    def kept(self, mode: int) -> list[tuple[int, int]]:
+        """Return the guards (mode, guard) that vanish while a mode lasts that slides along surfaces of fields of first order."""
+        found: list[tuple[int, int]] = []
+        if not self._has_regions:
+            return found
+        for e, (element, own) in enumerate(zip(self.system.elements, self.keys[mode], strict=True)):
+            for other, number in dict(element.slides).get(own, ()):
+                beside = self.index(self._with_key(self.keys[mode], e, other))
+                found.append((beside, self.guards_of(beside, e)[number]))
+        return found
+
     # memory
 
     def memory_of(self, element: int) -> slice:
@@ -361,6 +395,11 @@ class Scene:
         """Return the joined state ``x`` (nx,) with the speeds of rows that a mode holds taken away by inertia, and its sizes."""
         return self._packer.put_to_rest(self.keys[mode], x)
 
+    def taken_along(self, mode: int, x: np.ndarray, noise: np.ndarray) -> dict[int, Hashable]:
+        """Return the frictions that rest in a mode but move at ``x`` (nx,), by more than its ``noise`` (nx,), each with the key of
+        that slip; none where nothing rests jointly."""
+        return slips(self._packer, self.keys[mode], x, noise)
+
     # symmetry
 
     def mirror(self, mode: int) -> int:
@@ -373,10 +412,15 @@ class Scene:
 
     def mirror_guard(self, mode: int, guard: int) -> int:
         """Return the guard of the mirrored mode that answers a guard of ``mode``."""
-        owner = self._guards[mode][guard]
+        owner, order = self._guards[mode][guard], self._order()
         image = self.mirror(mode)
+        if isinstance(joint := owner.guard.then[0] if not callable(owner.guard.then) else None, Joint):
+            mirrored = Joint(tuple((order[e], self.system.elements[e].mirrored_key(key)) for e, key in joint.changes))
+            after = self._with_key(self.keys[image], order[owner.element], mirrored)
+            return next(g for g, other in enumerate(self._guards[image]) if not callable(other.guard.then)
+                        and after == self._with_key(self.keys[image], other.element, other.guard.then[0]))
         number = self.system.elements[owner.element].mirrored_guard(self.keys[mode][owner.element], owner.number)
-        leader, way = self.together[self._order()[owner.element]]
+        leader, way = self.together[order[owner.element]]
         if way < 0:
             number = self.system.elements[leader].mirrored_guard(self.keys[image][leader], number)
         return self.guards_of(image, leader)[number]
@@ -397,7 +441,7 @@ class Scene:
     def same_structure(self, other: "Scene | System") -> bool:
         """Return whether another system differs in numbers only, and the same contacts rest together."""
         system = other.system if isinstance(other, Scene) else other
-        return self.system.structure == system.structure and self.together == other.together
+        return self.system.structure == system.structure and self.together == other.together and self.joints == other.joints
 
     def flat_of(self, system: System) -> np.ndarray:
         """Return the numbers of another system of the same structure, laid out as ``tables.flat``.
@@ -409,6 +453,10 @@ class Scene:
         """
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
+        if self.joints and system.joints != self.joints:
+            one = sorted({self.system.labels[e] for e, _ in set(self.joints) ^ set(system.joints)})
+            raise ValueError(f"{', '.join(one)}: rests jointly with other frictions, whose rows its own depends on, at some values "
+                             "only; begin beside it, or beyond")
         if system.together != self.together and not includes(system.together, self.together):
             one = [self.system.labels[e] for e, (leader, _) in enumerate(self.together) if leader != e]
             raise ValueError(f"{', '.join(one)}: rests together with another friction on its row at this one value, where both "
@@ -418,7 +466,7 @@ class Scene:
             flat = own.copy()
             flat[0] = system.omega or 0.0
             return flat
-        return self._filled(Packer(system, self.frame.at(system.omega), self.slices, self.together))
+        return self._filled(Packer(system, self.frame.at(system.omega), self.slices, self.together, self.joints))
 
     def refill(self, system: System) -> Tables:
         """Return new tables, rebuilt, with the numbers of another system of the same structure; its own: a copy."""
@@ -483,10 +531,10 @@ class Scene:
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
             T.still[m, :len(found)] = leads.still
-            for g, (element, _, guard) in enumerate(found):
+            for g, (element, number, guard) in enumerate(found):
                 T.kick[m, g] = guard.kick is not None
                 T.silent[m, g] = guard.silent
-                T.element[m, g] = element
+                T.element[m, g] = element if number < FIRST else -1 - element
                 T.kind[m, g] = guard.kind.code
                 then, end = leads.then[g], leads.ends_in[g]
                 if then is not None:  # the mode itself is last: a touch
@@ -507,6 +555,9 @@ class Scene:
         for element, _, guard in guards:
             tried = None if callable(guard.then) else [other for key in guard.then
                                                        for other in self._tried(keys, {element: key}, waiting)]
+            if tried and self.joints and guard.kind is EventKind.STICK:  # all at rest, and beyond what they hold jointly
+                tried += [self._with_key(tried[0], e, after) for e, number, facet in self._packer.guards(tried[0])
+                          if number >= FIRST and not callable(facet.then) for after in facet.then]
             then.append(None if tried is None else tuple(other for other in dict.fromkeys(tried) if other != keys))
             end = None if guard.accumulates is None else self._with_key(keys, element, guard.accumulates[1])
             ends_in.append(end if end is not None and self._possible(end) else None)
@@ -533,19 +584,24 @@ class Scene:
 
     def _grips(self, element: int, key: Hashable) -> bool:
         """Return whether an element holds straight rows in a mode, wherever they are."""
-        holds = self._packer.mode(element, key).hold
+        holds = () if isinstance(key, Joint) else self._packer.mode(element, key).hold
         return bool(holds) and not self.is_curved(element) and all(hold.surface is None for hold in holds)
 
     def _with_keys(self, keys: tuple, changes: dict[int, Hashable]) -> tuple:
-        """Return the keys of a mode with those of some elements changed."""
+        """Return the keys of a mode with those of some elements changed together, and with them those of others that rest together
+        with these, or jointly where some of these come to rest."""
+        changed: dict[int, Hashable] = {}
         for element, key in changes.items():
-            keys = self._with_key(keys, element, key)
+            changed |= key_of(self.system.elements, self.together, element, key)
+        keys = tuple(changed.get(e, own) for e, own in enumerate(keys))
+        if self.joints and any(not isinstance(key, Joint) and self._packer.mode(e, key).hold for e, key in changes.items()):
+            if others := carried(self._packer, keys):
+                return self._with_key(keys, others[0][0], Joint(others))
         return keys
 
     def _with_key(self, keys: tuple, element: int, key: Hashable) -> tuple:
-        """Return the keys of a mode with that of one element changed, and with it those of others that rest together with it."""
-        changes = key_of(self.system.elements, self.together, element, key)
-        return tuple(changes.get(e, own) for e, own in enumerate(keys))
+        """Return the keys of a mode with that of one element changed, see `_with_keys`."""
+        return self._with_keys(keys, {element: key})
 
     def _possible(self, keys: tuple) -> bool:
         """Return whether the rows held together are independent, and contacts that rest together do."""
@@ -563,14 +619,12 @@ class Scene:
         self._guards.append(self._guards_of(keys))
         self.keys.append(keys)
         # reactions on curves are laws
-        self._holds.append(tuple(e for e, key in enumerate(keys) if not self._packer.sites[e].curved
-                                 for _ in self._packer.mode(e, key).hold))
+        self._holds.append(tuple(e for e, _ in self._packer.held(enumerate(keys))[2]))
         return self._index[keys]
 
     def _guards_of(self, keys: tuple) -> tuple[GuardOf, ...]:
         """Return the guards of a mode."""
-        return tuple([GuardOf(e, number, guard) for e, key in enumerate(keys)
-                      for number, guard in enumerate(self._packer.mode(e, key).guards)])
+        return tuple([GuardOf(*guard) for guard in self._packer.guards(keys)])
 
     def _own_closure(self, element: int) -> list[Hashable]:
         """Return the keys of an element that it can reach from its starts, at most about CLOSURE of them."""
@@ -595,14 +649,13 @@ class Scene:
         for keys in found:  # grows while it is walked
             if len(found) > CLOSURE:
                 return None
-            for e, key in enumerate(keys):
-                for guard in self._packer.mode(e, key).guards:
-                    if callable(guard.then):
-                        return None
-                    ends = () if guard.accumulates is None else (guard.accumulates[1],)
-                    for other in (*guard.then, *ends):
-                        reached = self._with_key(keys, e, other)
-                        if reached not in known and self._possible(reached):
-                            known.add(reached)
-                            found.append(reached)
+            for e, _, guard in self._packer.guards(keys):
+                if callable(guard.then):
+                    return None
+                ends = () if guard.accumulates is None else (guard.accumulates[1],)
+                for other in (*guard.then, *ends):
+                    reached = self._with_key(keys, e, other)
+                    if reached not in known and self._possible(reached):
+                        known.add(reached)
+                        found.append(reached)
         return found if len(found) <= CLOSURE else None

@@ -20,11 +20,12 @@ from ..elements.element import tupled
 from ..flow.linear import ModeField
 from ..jobs.executors import user_parts
 from ..orbits.autonomous import section
-from ..orbits.equilibria.equilibrium import Equilibrium
+from ..orbits.equilibria.equilibrium import INSIDE, Equilibrium
 from ..orbits.equilibria.hopf import critical_pair
 from ..orbits.shooting.path import SHAKEN, ParameterPath, of_all_modes, parameter_path
 from ..orbits.shooting.sequence import set_parameter
 from ..orbits.shooting.signature import Signature, sections
+from ..structure.components import by_number, worded
 from ..system import System
 from .families import orbit_family
 from .kinds import NUMERICAL, SpecialPointKind
@@ -32,6 +33,7 @@ from .problem import Monitor, Problem
 from .shooting.branching import stepped_out
 from .shooting.problem import OrbitProblem
 from .shooting.signature_change import admissible_side
+from .switched import Switched
 
 IMAGINARY = 1e-5  # real over imaginary part of a pair of eigenvalues at a Hopf point
 KEPT = 16  # values of a parameter at which how steep walls are is remembered: differences ask for the same ones again
@@ -44,15 +46,16 @@ def equilibrium_problem(start: Equilibrium, parameter: str, bounds: tuple[float,
     Raises
     ------
     ValueError
-        Unknown or discrete parameter, or an equilibrium that is no state of rest of its system.
+        Unknown or discrete parameter, or an equilibrium that is no state of rest of its system; of systems of first order virtual
+        ones are followed, too.
     """
     name = start.system.parameter_name(parameter)
     value = start.system.parameter(name)
-    if not start.success:
+    if not start.success and not (start.virtual and not start.scene.n):
         raise ValueError(f"the equilibrium cannot be continued, it is {start.status}: {start.message}")
     path = parameter_path(start.scene, start.system, name, bounds)
     return EquilibriumProblem(start.system, path, start.mode, start.state, value, 0.5 * abs(bounds[1] - bounds[0]),
-                              depths=start.depths)
+                              depths=start.depths, beyond=np.flatnonzero(start.field.guards(start.state) > INSIDE))
 
 
 class EquilibriumProblem(Problem):
@@ -73,6 +76,8 @@ class EquilibriumProblem(Problem):
         Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
     depths : ndarray (contacts,), optional
         At the start, see `ModeField`; default: what balances the load there.
+    beyond : iterable of int, optional
+        Guards of the mode that are passed all along: of a system of first order the equilibria of a mode that does not hold there.
 
     Notes
     -----
@@ -84,7 +89,7 @@ class EquilibriumProblem(Problem):
     monitors_read_tangent = False
 
     def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None,
-                 depths=None):
+                 depths=None, beyond=()):
         self.system, self.path, self.mode = system, path, mode
         self.scene = scene_of(system)
         self.parameter = path.name or ""
@@ -101,6 +106,10 @@ class EquilibriumProblem(Problem):
         super().__init__(unknown, value, self._size_u * math.sqrt(unknown.size), parameter_scale)
         self.signature = ", ".join(f"{label} {key}" for label, key in zip(system.labels, self.scene.keys[mode], strict=True))
         guards = int(path.tables.n_guards[mode])
+        self.beyond = frozenset(map(int, beyond))
+        if self.beyond:
+            self.signature = f"virtual: {self.signature}"
+        self._signs = np.where(np.isin(np.arange(guards), list(self.beyond)), -1.0, 1.0)
         monitors = [Monitor(SpecialPointKind.BOUNDARY_EQUILIBRIUM, f"{self.scene.element_name(mode, g)}.{g}", boundary=True)
                     for g in range(guards)]
         self.monitors = (*monitors, Monitor(SpecialPointKind.HOPF))
@@ -172,10 +181,22 @@ class EquilibriumProblem(Problem):
             kept.append(row)
         return free, np.array(kept).reshape(len(kept), T.A.shape[2])
 
+    def _sliding(self, rates, values, away):
+        """Return what vanishes on the surfaces that a mode of first order slides on (ns,), or its derivative (ns, ns): of the rates
+        what lies in the surfaces, beside them how far they are, and where nothing moves a state how far that is from its own."""
+        normals = self.field.constraints()[:, :self.scene.ns]
+        out = np.linalg.pinv(normals)
+        found = rates - out @ (normals @ rates) + math.sqrt(self._soft) * (out @ values)
+        still = ~self.path.tables.A[self.mode].any(axis=1) & ~normals.any(axis=0)
+        found[still] = away[still]
+        return found
+
     def residual(self, u, p):
         """Return free accelerations, rates of internal variables, and what is held (n + nz,)."""
         self.numbers_at(p)
         (y, apart, _), n = self._pressed(u), self.scene.n
+        if self.field.slides:
+            return self._sliding(self.field.rate(y), self.field.constraints() @ self.field.joined(y), y - self.reference)
         free, kept = self._rows()
         f = self.field.rate(y)
         moving = [place for place in range(2 * n, self.scene.ns) if self.path.tables.A[self.mode, place].any()]
@@ -187,6 +208,8 @@ class EquilibriumProblem(Problem):
         slope = sum(w * self.residual(u, p + k * h) for k, w in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))) / (12.0 * h)
         self.numbers_at(p)
         (y, _, apart), n, ns = self._pressed(u), self.scene.n, self.scene.ns
+        if self.field.slides:
+            return self._sliding(self.field.apart(y), self.field.constraints()[:, :ns], np.eye(ns)), slope
         free, kept = self._rows()
         J = self.field.apart(y)
         moving = [place for place in range(2 * n, ns) if self.path.tables.A[self.mode, place].any()]
@@ -206,12 +229,15 @@ class EquilibriumProblem(Problem):
             for j in range(i):
                 both = eigenvalues[i] + eigenvalues[j]
                 test *= both / (abs(eigenvalues[i]) + abs(eigenvalues[j]) or 1.0)
-        return np.append(self.field.guards(made.state, self._size_u), float(np.real(test)))
+        return np.append(self._signs * self.field.guards(made.state, self._size_u), float(np.real(test)))
 
     def confirm(self, kind, x) -> bool:
-        """Whether a zero of the Hopf test is one: a complex pair on the imaginary axis, no pair of real ones."""
+        """Whether a zero of the Hopf test is one: a complex pair on the imaginary axis, no pair of real ones; where the mode does
+        not hold nothing moves like that."""
         if kind is not SpecialPointKind.HOPF:
             return True
+        if self.beyond:
+            return False
         self.numbers_at(x[-1])
         values = self._equilibrium(x[:-1]).eigenvalues
         return bool(np.any((values.imag > 0.0) & (np.abs(values.real) < IMAGINARY * np.abs(values.imag))))
@@ -234,19 +260,26 @@ class EquilibriumProblem(Problem):
     # what happens at special points
 
     def switch(self, point, monitor):
-        """Return (problem, x, tangent) of the mode in which equilibria go on behind a boundary, or why none does."""
+        """Return (problem, x, tangent) of the mode in which equilibria go on behind a boundary, or why none does; those of first
+        order go on in their own mode where no other has any."""
         scene, guard = self.scene, int(monitor.name.rsplit(".", 1)[1])
         y = self.state(point.x[:-1])
         element = scene.guard(self.mode, guard).element
         self.numbers_at(point.x[-1])
-        for key in scene.followers(self.mode, guard, self.field.joined(y)):
+        for key in () if self.beyond else scene.followers(self.mode, guard, self.field.joined(y)):
             mode = scene.combine(self.mode, element, key)
-            if mode is None or mode == self.mode:
+            if mode is None or mode == self.mode or scene.ending(mode) is not None:
                 continue
-            path = of_all_modes(scene, self.path)
-            new = EquilibriumProblem(self.system, path, mode, y, float(point.x[-1]), float(self.scale[-1]), self._size_u)
+            new = EquilibriumProblem(self.system, of_all_modes(scene, self.path), mode, y, float(point.x[-1]),
+                                     float(self.scale[-1]), self._size_u)
             if np.abs(new.joined_residual(new.x0)).max() > 1e-8 * np.abs(new.wide_jacobian(new.x0) * new.scale).max():
                 continue
+            side = admissible_side(new, new.x0)
+            if side is not None:
+                return new, new.x0, side
+        if not scene.n:
+            new = EquilibriumProblem(self.system, self.path, self.mode, y, float(point.x[-1]), float(self.scale[-1]), self._size_u,
+                                     beyond=self.beyond ^ {guard})
             side = admissible_side(new, new.x0)
             if side is not None:
                 return new, new.x0, side
@@ -254,6 +287,9 @@ class EquilibriumProblem(Problem):
 
     def branches(self, point, n_max):
         """Return the periodic orbits born at a Hopf point; None for the general rule."""
+        if point.kind is SpecialPointKind.HOPF and not self.scene.n:
+            return Switched((), "the field is affine: at this value all motions around the equilibrium are closed, up to those "
+                                "that touch a surface; find_orbit beside it gives the orbits that pass one")
         return self.hopf_orbits(point) if point.kind is SpecialPointKind.HOPF else None
 
     def hopf_orbits(self, point):
@@ -311,11 +347,11 @@ class EquilibriumProblem(Problem):
         if path not in made:
             made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
         return EquilibriumProblem(self.system, made[path], self.mode, self.reference, float(self.x0[-1]), float(self.scale[-1]),
-                                  self._size_u)
+                                  self._size_u, beyond=self.beyond)
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations."""
-        return isinstance(other, EquilibriumProblem) and self.mode == other.mode
+        return isinstance(other, EquilibriumProblem) and (self.mode, self.beyond) == (other.mode, other.beyond)
 
     # what is shown and stored
 
@@ -323,19 +359,21 @@ class EquilibriumProblem(Problem):
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
         count = len(self._equilibrium(self.x0[:-1]).eigenvalues)
-        each = [f"{name}_{i}" for i in range(self.scene.n) for name in ("q", "max", "min", "rms")]
-        return (*each, "stable", *(f"eigenvalue_{k}" for k in range(count)))
+        each = [worded(f"{name}_{i}", self.states) for i in range(self.system.measured) for name in ("q", "max", "min", "rms")]
+        return (*each, "stable", *(("virtual",) if self.states else ()), *(f"eigenvalue_{k}" for k in range(count)))
 
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs``."""
-        kind, _, number = name.partition("_")
+        kind, _, number = by_number(name, self.states).partition("_")
         if kind in ("q", "max", "min", "rms"):  # a motion that stands still has these, too
             return np.abs(xs[:, int(number)]) if kind == "rms" else xs[:, int(number)].copy()
+        if name == "virtual":
+            return np.full(len(xs), bool(self.beyond))
         found = []
         for x in xs:
             self.numbers_at(x[-1])
             made = self._equilibrium(x[:-1])
-            found.append(made.stable if kind == "stable" else made.eigenvalues[int(number)])
+            found.append((None if self.beyond else made.stable) if kind == "stable" else made.eigenvalues[int(number)])
         return np.array(found, object if None in found else None)
 
     def solution(self, x) -> Equilibrium:
@@ -352,7 +390,8 @@ class EquilibriumProblem(Problem):
         """Return a JSON-able description."""
         return {"kind": "equilibrium", "system": self.system.to_record(), "parameter": self.parameter,
                 "path": [self.path.low, self.path.high], "keys": list(self.scene.keys[self.mode]), "size": self._size_u,
-                "state": self.reference.tolist(), "value": float(self.x0[-1]), "parameter_scale": float(self.scale[-1])}
+                "state": self.reference.tolist(), "value": float(self.x0[-1]), "parameter_scale": float(self.scale[-1]),
+                "beyond": sorted(self.beyond)}
 
     @classmethod
     def from_record(cls, record: dict, elements=()) -> "EquilibriumProblem":
@@ -361,4 +400,5 @@ class EquilibriumProblem(Problem):
         scene = scene_of(system)
         mode = scene.index(tupled(record["keys"]))
         path = parameter_path(scene, system, record["parameter"], tuple(record["path"]), pad=0.0)
-        return cls(system, path, mode, np.array(record["state"]), record["value"], record["parameter_scale"], record["size"])
+        return cls(system, path, mode, np.array(record["state"]), record["value"], record["parameter_scale"], record["size"],
+                   beyond=record["beyond"])

@@ -2,6 +2,7 @@
 import numpy as np
 
 from ..checks import either, many, of, word
+from ..structure.components import by_number, worded
 from .conditions import measure_gradient, null_vector
 from .kinds import SpecialPointKind
 from .problem import Monitor
@@ -62,7 +63,9 @@ def with_peaks(problem, peaks):
     ValueError
         Naming a measure that the problem does not have.
     """
-    names = checked_peaks(peaks, problem.measure_names)
+    states = getattr(problem, "states", ())
+    known = (*problem.measure_names, *(by_number(name, states) for name in problem.measure_names if states))
+    names = tuple(worded(name, states) for name in checked_peaks(peaks, known))
     return WithPeaks(problem, names) if names else problem
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..content import Content
 from ..solve.bordered import factor, solve_factored
+from ..structure.components import states_of
 from .kinds import ERRORS, CorrectorStatus, SpecialPointKind
 
 EPS = float(np.finfo(float).eps)
@@ -340,6 +341,11 @@ class Problem:
         return None
 
     # ---- what is shown and stored --------------------------------------------------------------------------------
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states of a system of first order, which its measures go by; none of anything else."""
+        return states_of(self)
 
     @property
     def measure_names(self) -> tuple[str, ...]:

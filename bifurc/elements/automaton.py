@@ -27,6 +27,11 @@ class Automaton(Element):
         Modes that may hold at a start, in the order in which they are tried.
     final : tuple of (key, str)
         Modes in which a motion ends, and its status.
+    regions : tuple of (key, sides)
+        Modes of which a motion may hold one only: where several with different sides may begin it ends, "escaping" or at a
+        "two-fold".
+    slides : tuple of (key, tuple of (key, guard))
+        Modes that stay on surfaces, and the guards of other modes that vanish there.
     """
 
     states: tuple
@@ -34,6 +39,8 @@ class Automaton(Element):
     exits: tuple
     begins: tuple
     final: tuple = ()  # type: ignore[misc]  # of each automaton its own
+    regions: tuple = ()  # type: ignore[misc]
+    slides: tuple = ()  # type: ignore[misc]
 
     def site(self, n):
         """See `Element`: there is none."""
@@ -65,7 +72,8 @@ class Automaton(Element):
         """See `Element`: which terms there are, not what they weigh."""
         def terms(expressions):
             return tuple(tuple(sorted(expression.terms)) for expression in expressions)
-        return (type(self), self.states, self.begins, self.final, tuple((key, terms(rates)) for key, rates in self.rates),
+        return (type(self), self.states, self.begins, self.final, self.regions, self.slides,
+                tuple((key, terms(rates)) for key, rates in self.rates),
                 tuple((key, tuple((terms((leave.value, *leave.reset)), leave.kind, leave.then) for leave in exits))
                       for key, exits in self.exits))
 

@@ -66,6 +66,8 @@ class Element:
     virgin: ClassVar[tuple[Affine, ...]] = ()
     unordered: ClassVar[Hashable | None] = None  # key of a start with memory that is not `ordered`; None: all memory is
     final: ClassVar[tuple[tuple[Hashable, str], ...]] = ()  # keys in which a motion ends, and its status
+    regions: ClassVar[tuple[tuple[Hashable, str], ...]] = ()  # keys of which one holds, and on which sides of surfaces
+    slides: ClassVar[tuple[tuple[Hashable, tuple[tuple[Hashable, int], ...]], ...]] = ()  # keys that stay on guards of other keys
     isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
     delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
 

@@ -1,14 +1,14 @@
 """Grid of starts: boxes over components of the state at phase 0, in any number of dimensions, some of them periodic."""
 import math
 import os
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..checks import COUNT, POSITIVE, array, checked, choice, floats, listed, many, number, of, refused, text, whole, word
+from ..structure.components import named, place_of
 
 SHARE = 0.5  # of the machine's memory that a grid may need
 
@@ -24,8 +24,8 @@ class Grid:
     periodic : iterable of str, optional
         Components that count modulo their range, such as an angle: ``periodic=("q0",)``.
     **ranges : (low, high, cells)
-        Components by name (``q0`` is the first coordinate, ``v0`` its velocity, ``w0`` the first memory: where a slider is):
-        bounds and number of cells.  The first named one is the first axis of ``labels``.
+        Components by name (``q0`` is the first coordinate, ``v0`` its velocity, ``w0`` the first memory: where a slider is; of
+        a system of first order its own names): bounds and number of cells.  The first named one is the first axis of ``labels``.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Grid:
         sides = [_side(name, value) for name, value in ranges.items()]
         fixed = {}
         for name, value in (at or {}).items():
-            _named(name, "Grid: at")
+            named(name, "Grid: at")
             if name in ranges:
                 raise ValueError(f"Grid: at = {dict(at or {})!r} fixes {name}, which the grid runs over")
             fixed[name] = number("Grid", f"at[{name!r}]", value)
@@ -145,34 +145,34 @@ class Grid:
         return np.where(inside, found, -1)
 
     @checked(n=of(whole, least=0), ns=COUNT)
-    def places(self, n: int, ns: int) -> tuple[int, ...]:
-        """Return the places of the components in the state (q, v, w) of ``n`` degrees of freedom.
+    def places(self, n: int, ns: int, states: Sequence[str] = ()) -> tuple[int, ...]:
+        """Return the places of the components in the state (q, v, w) of ``n`` degrees of freedom; ``states`` see `System.states`.
 
         Raises
         ------
         ValueError
             When the system has not this component.
         """
-        return tuple(place_of(name, n, ns) for name in self.names)
+        return tuple(place_of(name, n, ns, "grid", states) for name in self.names)
 
     @checked(ns=COUNT)
-    def base(self, n: int, ns: int) -> np.ndarray:
+    def base(self, n: int, ns: int, states: Sequence[str] = ()) -> np.ndarray:
         """Return the state (ns,) with the fixed components, 0 elsewhere."""
         state = np.zeros(ns)
         for name, value in self.at.items():
-            state[place_of(name, n, ns)] = value
+            state[place_of(name, n, ns, "grid", states)] = value
         return state
 
     @checked(ns=COUNT)
-    def starts(self, n: int, ns: int) -> np.ndarray:
+    def starts(self, n: int, ns: int, states: Sequence[str] = ()) -> np.ndarray:
         """Return the starts (cells, ns), the last axis fastest; memory that is not named is 0."""
-        states = np.tile(self.base(n, ns), (self.size, 1))
+        found = np.tile(self.base(n, ns, states), (self.size, 1))
         after = self.size
-        for axis, place in enumerate(self.places(n, ns)):
+        for axis, place in enumerate(self.places(n, ns, states)):
             before = self.size // after
             after //= self.shape[axis]
-            states[:, place] = np.tile(np.repeat(self.centres(axis), after), before)
-        return states
+            found[:, place] = np.tile(np.repeat(self.centres(axis), after), before)
+        return found
 
     @checked(bytes_a_cell=POSITIVE, what=text)
     def require(self, bytes_a_cell: float, what: str) -> None:
@@ -225,32 +225,8 @@ def _bytes(number: float) -> str:
     return f"{number / 1e3:.3g} kB"
 
 
-def _named(name: str, owner: str = "Grid") -> tuple[str, int]:
-    match = re.fullmatch(r"([qvw])(0|[1-9]\d*)", name)
-    if match is None:
-        raise ValueError(f"{owner}: component {name!r} is unknown; components are q0, q1, ... (coordinates), "
-                         "v0, v1, ... (velocities) and w0, w1, ... (memory)")
-    return match[1], int(match[2])
-
-
-def place_of(name: str, n: int, ns: int, owner: str = "grid") -> int:
-    """Return the place of a component in the state (q, v, w) of ``n`` degrees of freedom and ``ns`` states.
-
-    Raises
-    ------
-    ValueError
-        When the system has not this component.
-    """
-    kind, index = _named(name, owner)
-    if index >= (ns - 2 * n if kind == "w" else n):
-        memory = f", memory w0 .. w{ns - 2 * n - 1}" if ns > 2 * n else ", no memory"
-        raise ValueError(f"{owner}: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
-                         f"freedom: q0 .. q{n - 1} and v0 .. v{n - 1}{memory}")
-    return index + {"q": 0, "v": n, "w": 2 * n}[kind]
-
-
 def _side(name: str, value) -> tuple[float, float, int]:
-    _named(name)
+    named(name, "Grid")
     given = listed(value)
     if given is None or len(given) != 3:
         raise refused("Grid", name, value, "(low, high, cells)")

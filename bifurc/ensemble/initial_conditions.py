@@ -7,7 +7,7 @@ from ..compose.scene import Scene
 from ..compose.tables import Tables
 from ..flow.rule import NOISE
 from ..flow.scan import PENETRATION
-from .grid import place_of
+from ..structure.components import place_of
 from .outcomes import BEYOND, UNCLEAR
 
 
@@ -23,7 +23,7 @@ def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], point
         When the system has not a component.
     """
     n, ns = scene.n, scene.ns
-    given = {name: place_of(name, n, ns, owner) for name in (*names, *at)}
+    given = {name: place_of(name, n, ns, owner, scene.system.states) for name in (*names, *at)}
     x = np.zeros((ns + scene.nw, len(points)))
     for name, value in at.items():
         x[given[name]] = value

@@ -22,14 +22,19 @@ from ..solve.interrupts import interruptible
 from . import scalar
 from .batch import packing, smooth
 from .initial_conditions import begin, unloaded
-from .outcomes import ASK, BEYOND, CROWDED, DEFERRED, DIVERGED, OUTSIDE, REACHED, STOPPED, STUCK, UNSETTLED, Cells
+from .outcomes import ASK, BEYOND, CROWDED, DEFERRED, DIVERGED, OUTSIDE, REACHED, STOPPED, STUCK, UNCLEAR, UNSETTLED, Cells
 from .proximity import Targets, boxed, nearest
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
 # periods of all starts together that take some milliseconds: of a batch, of scalar steps in closed form, under laws
 LEAN, CLOSED, LAW = 5000, 500, 50
 BLOCK = 32  # forcing periods that the general integration does at a time
-FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
+FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED}  # all else stays where no mode may follow
+
+
+def failed(status: Status) -> int:
+    """Return the code of the `CellState` of a motion that ended with a status."""
+    return FAILED.get(status, STUCK)
 
 
 class Images(NamedTuple):
@@ -121,6 +126,8 @@ class Integrator:
         begin(T, self._candidates, X, modes)
         for rows in self.scene.disordered(X).values():
             modes[rows] = DEFERRED
+        if self.scene.region(0):  # on a surface of fields of first order regions are counted
+            modes[modes == UNCLEAR] = DEFERRED
         return T, modes
 
     def _followers(self, T: Tables) -> np.ndarray:
@@ -188,7 +195,7 @@ class Integrator:
             images.speeds[i] = min(images.speeds[i], speeds.min(initial=np.inf))
             y = images.ends[i] = motion.sections[-1]
             if not motion.success:
-                images.outcomes[i] = FAILED[motion.status]
+                images.outcomes[i] = failed(motion.status)
                 return
         images.outcomes[i] = REACHED
 
@@ -229,7 +236,7 @@ class Integrator:
             cells.speeds[i] = min(cells.speeds[i], speeds.min(initial=np.inf))
             X[i] = y
             if not motion.success:
-                cells.states[i] = FAILED[motion.status]
+                cells.states[i] = failed(motion.status)
                 return
 
 

@@ -34,7 +34,8 @@ _SENTENCES = {
     CellState.OUTSIDE: "The cell lies beyond a rigid stop: it is no start.",
     CellState.DIVERGED: "The state left the finite numbers.",
     CellState.TOO_MANY_EVENTS: "A period held more events than max_events.",
-    CellState.INCONSISTENT: "No combination of modes may follow an event of this motion.",
+    CellState.INCONSISTENT: "No combination of modes may follow an event of this motion, or several may begin: fields of first "
+                            "order lead away from the surface on which it starts.",
 }
 REACHED, UNSETTLED, OUTSIDE, DIVERGED, CROWDED, STUCK = range(6)  # the codes, as kernels know them
 ASK = 6  # the kernel leaves the cell to the general integration

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..checks import mapping, number, pair, refused
+from ..compose.natural import natural_sizes
 from ..compose.scene import Scene
 from ..content import Content
-from .grid import _named, place_of
+from ..structure.components import named, place_of
 from .initial_conditions import states_at
 
 
@@ -32,14 +33,14 @@ class Region(Content):
             raise refused("", "region", ranges, "components and ranges of the start, such as {'q0': (-3, 1), 'v0': (-4, 4)}")
         self.ranges: dict[str, tuple[float, float]] = {}
         for name, value in mapping("", "region", ranges).items():
-            _named(name, "region")
+            named(name, "region")
             low, high = pair("region", name, value)
             if not (low < high and math.isfinite(high - low)):
                 raise refused("region", name, value, "finite (low, high), and its low bound must be below its high bound")
             self.ranges[name] = low, high
         self.at = {name: number("at", name, value) for name, value in mapping("region", "at", {} if at is None else at).items()}
         for name in self.at:
-            _named(name, "at")
+            named(name, "at")
             if name in self.ranges:
                 raise ValueError(f"region: at fixes {name}, which has a range")
 
@@ -62,9 +63,12 @@ class Region(Content):
     def sizes(self, scene: Scene) -> np.ndarray:
         """Return the sizes (ns,) of states that distances are measured with: one length, its velocity at omega."""
         n, omega = scene.n, float(scene.omega or 1.0)
+        if n == 0:
+            corners = states_at(scene, tuple(self.ranges), self.at, np.array(list(self.ranges.values())).T, "region")
+            return natural_sizes(scene.tables, corners, 2.0 * np.pi / omega)
         length = 0.0
         for name, (low, high) in self.ranges.items():
-            place = place_of(name, n, scene.ns, "region")
+            place = place_of(name, n, scene.ns, "region", scene.system.states)
             length = max(length, max(abs(low), abs(high)) / (omega if n <= place < 2 * n else 1.0))
         scale = np.full(scene.ns, length)
         scale[n:2 * n] *= omega

@@ -8,7 +8,7 @@ from ..checks import TRAJECTORY, checked, choice, of, word
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN
 from ..flow.trajectory import Trajectory
-from .grid import _named, place_of
+from ..structure.components import named, place_of
 
 PER_TURN = 32  # looks at the motion in a period of the fastest oscillation
 ON = 1e-11  # of the largest value of the component: as near the motion lies in the section, and has not passed it
@@ -25,7 +25,8 @@ class Section:
     Parameters
     ----------
     coordinate : str
-        Component of the state: ``q0`` is the first coordinate, ``v0`` its velocity, ``w0`` the first memory.
+        Component of the state: ``q0`` is the first coordinate, ``v0`` its velocity, ``w0`` the first memory;
+        of a system of first order one of its own names.
     value : float
         In the unit of the component.
     direction : {1, -1, 0}
@@ -48,7 +49,7 @@ class Section:
     direction: int = 1
 
     def __post_init__(self):
-        _named(self.coordinate, "Section: coordinate")
+        named(self.coordinate, "Section: coordinate")
 
     def place(self, scene: Scene) -> int:
         """Return the place of the component in the state.
@@ -58,7 +59,7 @@ class Section:
         ValueError
             When the system has not this component.
         """
-        return place_of(self.coordinate, scene.n, scene.ns, "section")
+        return place_of(self.coordinate, scene.n, scene.ns, "section", scene.system.states)
 
     @checked(motion=TRAJECTORY)
     def crossings(self, motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..elements import EventKind
-from .integrator import FAILED, Cells, Targets, integrated
+from .integrator import Cells, Targets, failed, integrated
 from .outcomes import REACHED, UNSETTLED
 from .proximity import boxed, nearest
 from .section import Section
@@ -71,7 +71,7 @@ class SectionIntegrator:
                 cells.labels[i], cells.states[i] = found, REACHED
                 return
             if not motion.success:
-                cells.states[i] = FAILED[motion.status]
+                cells.states[i] = failed(motion.status)
                 return
             if cells.periods[i] >= most:
                 return

@@ -19,8 +19,8 @@ import bifurc as bf
 from ..checks import checked, floats, instance, refused
 from ..compose.scene import scene_of
 from ..continuation import ContinuationError
-from ..ensemble.grid import place_of
 from ..orbits.base import Orbit
+from ..structure.components import component_names, place_of, worded
 from ..system import require_values
 from .script import Made, Script, grid_text
 
@@ -152,9 +152,9 @@ def of_system(system: Any, parameter: str | None = None, bounds: Sequence[float]
     low, high = reach(value) if bounds is None else ascending("bounds", bounds)
     require_values(system, "bounds", parameter, (low, high))
     for name in window or ():
-        place_of(name, system.n, scene_of(system).ns, "window")
+        place_of(name, system.n, scene_of(system).ns, "window", system.states)
     system = system.with_parameters(**{parameter: min(max(value, low), high)})
-    return Shown(system, parameter, (low, high), window={
+    return Shown(system, parameter, (low, high), measure=worded("rms_0", system.states), window={
         name: ascending(f"window[{name!r}]", part) for name, part in dict(window or {}).items()})
 
 
@@ -174,8 +174,9 @@ def of_result(result: Any, path: str) -> Shown:
     if isinstance(result, bf.Branch):
         made = Made(result, "branch", write)
         orbit = Made(result.orbits[0], "orbit", lambda script, branch: f"{branch}.orbits[0]", (made,))
+        first = worded("rms_0", result.states)
         return Shown(orbit.value.system, result.parameter, result.bounds, (made,), orbit, (0, 0),
-                     measure="rms_0" if "rms_0" in result.column_names else result.column_names[3])
+                     measure=first if first in result.column_names else result.column_names[3])
     if isinstance(result, bf.BasinMap):
         made = Made(result, "basins", write)
         start = of_system(result.system)
@@ -412,10 +413,13 @@ def parameters(system: Any) -> list[str]:
 
 def around(shown: Shown) -> dict:
     """Return a slice of starts around the orbit: coordinate and velocity of the one that moves most."""
+    n, names = shown.system.n, component_names(shown.system.n, scene_of(shown.system).ns, shown.system.states)
     if shown.orbit is None:
-        return {"q0": (-2.0, 2.0), "v0": (-2.0, 2.0)}
+        return {name: (-2.0, 2.0) for name in (names[0], names[max(n, 1)])}
     _, y = shown.orbit.value.sample(200)
-    n = shown.system.n
+    if n == 0:
+        return {names[k]: (-length, length) for k in np.sort(np.argsort(-np.ptp(y, axis=0))[:2])
+                for length in (max(float(np.abs(y[:, k]).max()), 1e-12) * REACH,)}
     sizes = np.ptp(y[:, :n], axis=0)
     dof = int(np.argmax(sizes))
     length = max(float(np.abs(y[:, dof]).max()), 1e-12) * REACH

@@ -120,7 +120,7 @@ def starts(basins: Any) -> dict[str, Any]:
     codes, _ = cell_codes(basins)
     count = len(basins.attractors)
     (left, bottom), (right, top) = basins.grid.low, basins.grid.high
-    places = basins.grid.places(basins.system.n, len(basins.scale))
+    places = basins.grid.places(basins.system.n, len(basins.scale), basins.system.states)
     marks: dict[str, list] = {name: [] for name in ("x", "y", "fill", "label")}
     for label, attractor in enumerate(basins.attractors):
         for row in section_points(attractor)[:400]:

@@ -24,6 +24,7 @@ from bokeh.plotting import figure
 
 from ..plotting import style
 from ..plotting.motions.phase_plane import describe
+from ..structure.components import MEASURES
 from . import model, pictures
 from .desk import Desk
 from .model import Shown
@@ -167,7 +168,7 @@ class View:
         if old is None or (shown.branches, shown.measure) != (old.branches, old.measure):
             self._fit(shown, data)
         self.diagram.xaxis.axis_label, self.diagram.yaxis.axis_label = shown.parameter, shown.measure
-        names = [name for branch in shown.branches for name in branch.value.column_names if name.rpartition("_")[2].isdigit()]
+        names = [name for branch in shown.branches for name in branch.value.column_names if name.partition("_")[0] in MEASURES]
         self.measure.options = list(dict.fromkeys(names or [shown.measure]))
         self.measure.value = shown.measure
 

@@ -28,6 +28,7 @@ class ModeField:
     def __init__(self, scene, tables, mode: int):
         self.scene, self.tables, self.mode = scene, tables, mode
         self._laws = Laws(scene.laws, tables, mode)
+        self._kept = scene.kept(mode)
 
     @property
     def pace(self) -> float:
@@ -40,6 +41,11 @@ class ModeField:
         units = np.ones(self.scene.ns)
         units[self.scene.n:2 * self.scene.n] = self.pace
         return units
+
+    @property
+    def slides(self) -> bool:
+        """Whether the mode stays on surfaces of fields of first order."""
+        return bool(self._kept)
 
     @property
     def contacts(self) -> int:
@@ -139,7 +145,8 @@ class ModeField:
         return T.G[m, :count] @ self.joined(y) + T.LG[m, :count] @ forces, T.G[m, :count, :len(y)] + T.LG[m, :count] @ slopes
 
     def constraints(self) -> np.ndarray:
-        """Return the rows (k, nx) that vanish while the mode lasts: speeds and surfaces of what it holds."""
+        """Return the rows (k, nx) that vanish while the mode lasts: speeds and surfaces of what it holds, and what it slides on."""
         T, m = self.tables, self.mode
         rows = [row for k in range(int(T.n_holds[m])) for row in (T.H[m, k], T.S[m, k]) if row.any()]
+        rows += [T.G[other, g] for other, g in self._kept]
         return np.array(rows).reshape(len(rows), T.A.shape[2])

@@ -44,27 +44,45 @@ def project(H, S, holds, ns, m, x):
     put(H, holds, ns, m, x)
 
 
+@njit
+def share(x, c, largest):
+    """What a correction of entry ``c`` of ``x`` (nx,) is weighed by, see `put`."""
+    return max(abs(x[c]), EPS * EPS * largest)
+
+
 @apart(NOTHING)
 def put(rows, holds, ns, m, x):
-    """Move the state in ``x`` (nx,) by the least that makes ``rows[m, :holds] @ x`` vanish."""
+    """Move the state in ``x`` (nx,) so that ``rows[m, :holds] @ x`` vanishes, each entry by its share of the rounding.
+
+    The rounding of an entry is in proportion to its size: a small one beside large ones stays as it is, to its own digits.  One
+    that is zero counts as what rounding leaves of the rounding of the largest.
+    """
+    largest = SMALLEST
+    for c in range(ns):
+        largest = max(largest, abs(x[c]))
     if holds == 1:
         value, square = 0.0, 0.0
         for c in range(x.size):
             value += rows[m, 0, c] * x[c]
             if c < ns:
-                square += rows[m, 0, c] * rows[m, 0, c]
+                square += rows[m, 0, c] * rows[m, 0, c] * share(x, c, largest)
         if square > 0.0:
             for c in range(ns):
-                x[c] -= rows[m, 0, c] * (value / square)
+                x[c] -= rows[m, 0, c] * share(x, c, largest) * (value / square)
         return
-    Q = rows[m, :holds].copy()  # each row cleared of the ones before it, which it then leaves as they are
+    Q, size = rows[m, :holds].copy(), np.empty(ns)  # each row cleared of the ones before it, which it then leaves as they are
+    for c in range(ns):
+        size[c] = share(x, c, largest)
     for k in range(holds):
+        whole = 0.0
+        for c in range(ns):
+            whole += Q[k, c] * size[c] * Q[k, c]
         for _ in range(2):
             for j in range(k):
                 dot, square = 0.0, 0.0
                 for c in range(ns):
-                    dot += Q[k, c] * Q[j, c]
-                    square += Q[j, c] * Q[j, c]
+                    dot += Q[k, c] * size[c] * Q[j, c]
+                    square += Q[j, c] * size[c] * Q[j, c]
                 if square > 0.0:
                     for c in range(x.size):
                         Q[k, c] -= Q[j, c] * (dot / square)
@@ -72,10 +90,10 @@ def put(rows, holds, ns, m, x):
         for c in range(x.size):
             value += Q[k, c] * x[c]
             if c < ns:
-                square += Q[k, c] * Q[k, c]
-        if square > 0.0:
+                square += Q[k, c] * size[c] * Q[k, c]
+        if square > (x.size * EPS)**2 * whole:  # more than rounding of what the rows before it say already
             for c in range(ns):
-                x[c] -= Q[k, c] * (value / square)
+                x[c] -= Q[k, c] * size[c] * (value / square)
 
 
 @leaf
@@ -225,7 +243,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                 span = closing(T, m, g, x, arrive, rested)
                 first = -1 if span > 0.0 else 0
             after = np.nan
-            chosen = -1
+            chosen, caught = -1, False
             for i in range(first, then.shape[2]):  # a complete chattering that closes comes first
                 if i < 0:
                     c = ends_in[m, g]
@@ -251,7 +269,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                     break
                 if c < 0 or broken_hold(T, c, xp, scale) >= 0:
                     continue
-                good, joining = True, False
+                good, joining, shut = True, False, False
                 for k in range(n_guards[c]):
                     new_slopes[k] = np.nan
                     if c == m and k == g and after < 0.0:
@@ -261,7 +279,11 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                     new_slopes[k] = leaves(new_orders[k], a)
                     if signs[k] > 0:  # of another element: it joins in, or fires at once with its own candidates
                         good = good and element[c, k] != element[m, g]
+                        shut = shut or element[c, k] < 0 and kick[m, g] == 0
                         joining = joining or taken_along(T, m, g, c, k, kicked, new_orders[k], x, scale, a)
+                if shut:  # several contacts have this guard jointly: they do not rest, and nothing else may be beyond a guard
+                    caught = True
+                    continue
                 if not good and (kick[m, g] == 1 or not joining):  # without a kick what lets go may relieve what would hold
                     continue
                 if joining:
@@ -274,9 +296,13 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                         continue
                     for k in range(n_guards[c]):
                         new_slopes[k] = np.nan
+                beyond = False
                 for k in range(n_guards[c]):
                     if signs[k] > 0:
                         new_orders[k] = 0
+                        beyond = True
+                if caught and beyond:
+                    continue
                 chosen = c
                 what = CHATTER if i < 0 else EVENT
                 break

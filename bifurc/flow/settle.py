@@ -150,9 +150,9 @@ def start(scene, x, keys=None):
                 if T.kick[m, g]:  # whatever the mode
                     x[:scene.ns] -= direction * value
         why = rule.broken(m, y, rule.sizes(m, y))
-        why += [("memory", e) for e in displaced(scene, m, y)]
+        why += [("memory", e) for e in displaced(scene, m, y)] + [("surface", e) for e in _aside(scene, m, y)]
         if not why:
-            return m, y
+            return (m if keys is not None else _unique(scene, rule, m, y)), y
         events = [w for w in why if w[0] == "guard" and w[2] > 0]
         if arriving is None and len(events) == len(why):
             arriving = m, y
@@ -168,6 +168,44 @@ def start(scene, x, keys=None):
         raise Penetration(f"y0 lies {deepest[1]:.6g} beyond the stop {deepest[0]!r}; a start must be on the free side of "
                           "every rigid stop, or on it")
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
+
+
+def _unique(scene, rule, m, x) -> int:
+    """Return mode ``m``, which may start at ``x`` (nx,), or that in which a motion ends where a region beside it may start, too.
+
+    Both stay on the surface with one field: it is one motion.  Where all guards that are zero are tangent the point is a two-fold.
+    """
+    own = scene.region(m)
+    if not own:
+        return m
+    zeros = _zeros(scene, rule, m, x)
+    if not zeros:
+        return m
+    for other in scene.start_modes():
+        if scene.region(other) in ((), own) or rule.broken(other, x, rule.sizes(other, x)):
+            continue
+        both = zeros + _zeros(scene, rule, other, x)
+        T = scene.tables
+        change, size = (T.A[other] - T.A[m]) @ x, (np.abs(T.A[other]) + np.abs(T.A[m])) @ np.abs(x)
+        if any(sign for sign, _ in both) or (np.abs(change) > NOISE * size).any():
+            return scene.ended(m, "escaping" if any(order == 1 for _, order in both) else "two_fold")
+    return m
+
+
+def _zeros(scene, rule, m, x) -> list[tuple[int, int]]:
+    """Return sign and order of the guards of mode ``m`` that are zero at ``x`` (nx,), see `Rule.inside`."""
+    found = (rule.inside(m, g, x) for g in range(scene.tables.n_guards[m]))
+    return [(sign, order) for sign, order in found if order > 0]
+
+
+def _aside(scene, m, x) -> list[int]:
+    """Return the elements that slide in mode ``m`` along a surface on which ``x`` (nx,) does not lie."""
+    found = []
+    for other, g in scene.kept(m):
+        value, size = _value(scene, other, g, x)
+        if abs(value) > PENETRATION * size:
+            found.append(scene.guard(other, g).element)
+    return found
 
 
 def _throws_back(scene, m, g) -> bool:
@@ -275,6 +313,12 @@ def decide(scene, m, g, x, arrive):
     return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(m, x), rule.sizes(m, y)), x)
 
 
+def jumped_on(scene, m, g, x):
+    """Return mode and state after a jump (guard ``g`` of mode ``m`` at ``x``, (nx,)) beyond a jump of the mode that it leads to."""
+    after = scene.combine(m, scene.guard(m, g).element, scene.followers(m, g, x)[0])
+    return (m if after is None else after), Rule(scene).jumped(m, g, x, 0.0)
+
+
 def come_to_rest(scene, m, g, x, arrive):
     """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that take part rest on each other.
 
@@ -375,16 +419,18 @@ def _restings(scene, m, touching, x):
 def _follow(scene, rule, m, y, joined, scale, x):
     """Return the first admissible mode after ``m`` at ``y`` (nx,), and the state; ``joined``: elements and their fired guards.
 
-    ``scale`` (nx,) is what rounding is measured by, ``x`` (nx,) the state before the event.
+    ``scale`` (nx,) is what rounding is measured by, ``x`` (nx,) the state before the event.  Frictions that rested jointly and that
+    an impulse moves slip as it moves them: their guards know the slips of a slow load alone.
     """
-    owners = set(joined)
+    owners, along = set(joined), scene.taken_along(m, y, NOISE * scale)
     further: dict[int, dict] = {}  # keys of joined elements that follow candidates which another event ends at once
     reasons: dict[int, str] = {}
+    slipping: list[int] = []  # behind those in which contacts would rest that others let go, be it jointly
     while True:
         missing: dict[int, None] = {}
         striking: dict[int, None] = {}  # will fire by themselves: they join only where nothing else does
-        later, waiting = [], []
-        for mode in _combinations(scene, m, joined, further, x):
+        later, waiting, modes = [], [], []
+        for mode in [*slipping, *_combinations(scene, m, joined, further, along, x)]:
             z = y.copy()
             why = rule.broken(mode, z, scale) + [("memory", e) for e in leaping(scene, m, mode, y, owners)]
             if not why:
@@ -396,6 +442,8 @@ def _follow(scene, rule, m, y, joined, scale, x):
             if all(fires):
                 waiting.append((not all(kicks), mode, z))
             for w, kick in zip(why, kicks, strict=True):
+                if w[0] == "guard" and scene.joints and scene.event_kind(mode, w[1]) is EventKind.SLIP:
+                    modes += [scene.combine(mode, scene.guard(mode, w[1]).element, key) for key in scene.followers(mode, w[1], z)]
                 element = scene.guard(mode, w[1]).element if w[0] == "guard" else w[1]
                 if element not in joined:
                     (striking if kick else missing)[element] = None
@@ -404,6 +452,9 @@ def _follow(scene, rule, m, y, joined, scale, x):
         at_once = [(mode, z) for others, mode, z in waiting if not others]
         if at_once:
             return at_once[0]
+        if modes := [mode for mode in dict.fromkeys(modes) if mode is not None and mode not in reasons]:
+            slipping = modes
+            continue
         missing = missing or striking
         if not missing:
             later = [(element, key) for element, key in later if key not in further.get(element, {})]
@@ -427,15 +478,20 @@ def _value(scene, m, g, x):
     return T.G[m, g] @ x, np.abs(T.G[m, g]) @ plain(x, T.A.shape[1])
 
 
-def _combinations(scene, m, joined, further, x):
-    """Yield the modes in which the joined elements take the keys of their guards' `then`, keep theirs, or take `further` keys."""
+def _combinations(scene, m, joined, further, along, x):
+    """Yield the modes in which the joined elements take the keys of their guards' `then`, keep theirs, or take `further` keys.
+
+    Those that are moved ``along`` slip in all.
+    """
     choices = []
     for element, guards in joined.items():
+        if element in along:
+            continue
         keys = [key for g in guards for key in scene.followers(m, g, x)]
         keys = list(dict.fromkeys([*keys, scene.keys[m][element], *further.get(element, ())]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):
-        yield from scene.tried(m, dict(choice))
+        yield from scene.tried(m, along | dict(choice))
 
 
 def _say(scene, m, why):
@@ -445,6 +501,8 @@ def _say(scene, m, why):
             parts.append(f"{scene.system.labels[w[1]]} is not at rest")
         elif w[0] == "memory":
             parts.append(f"{scene.system.labels[w[1]]} is not at its limit")
+        elif w[0] == "surface":
+            parts.append(f"{scene.system.labels[w[1]]} is not on its surface")
         else:
             name = scene.element_name(m, w[1])
             parts.append(f"{name} is past its {scene.event_kind(m, w[1])}" if w[2] == 0 else

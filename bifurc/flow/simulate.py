@@ -8,10 +8,12 @@ from ..compose.tables import paced
 from ..models.cost import warn_if_slow
 from ..system import System, require_system
 from . import settle
+from .affine.zeno import accumulation
 from .delayed.verb import simulate_delayed
 from .engine import engine_of
 from .initial import checked_length, checked_mode, checked_state
 from .scan import (
+    AFTER,
     AT_GUARD,
     BOUND,
     COUNT,
@@ -42,8 +44,9 @@ from .status import Status
 from .trajectory import Recorded, Trajectory
 
 ROWS, MOST_ROWS = 1024, 16384  # of the first record, doubled while it is full; and of what is added to it at most
-# a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
+AT_ONCE = 64  # events of a system of first order at one instant
 NEAR_SURFACE = 1e-12  # of its terms: a surface that a motion is on where nothing follows
+# a compiled call looks at no signal: it comes back after so many events, and so many steps, the fewer the more states there are
 WORK, LAW_STEPS = 2e7, 5000.0
 
 
@@ -57,9 +60,9 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     Parameters
     ----------
     system : System
-    y0 : array_like
+    y0 : array_like, or dict of str to float
         State (2 n,) or (ns,): positions, velocities, and memory where there is any (left out: virgin, springs of sliders
-        without force).
+        without force); or its components by name, such as ``{"v": 12.0, "i": 0.6}``, where those not named are 0.
     periods, duration : float
         How long: forcing periods or time; exactly one of them.
     t0 : float
@@ -111,7 +114,12 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
         else:
             whole = int(np.floor(length / period))
             end = _carry(begin[0] + whole, begin[1] + (length - whole * period), period)
-    return integrate(scene, y0, begin, end, max_events, None if mode is None else checked_mode(scene, mode))
+    try:
+        return integrate(scene, y0, begin, end, max_events, None if mode is None else checked_mode(scene, mode))
+    except settle.Inconsistent as error:
+        if scene.n:
+            raise
+        raise settle.Penetration(f"y0 = {y0.tolist()} lies in no mode; {error}") from None
 
 
 def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
@@ -150,6 +158,11 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
         if code == DONE:
             if not (np.abs(x) < BOUND).all():  # whole steps without an event look at no state
                 status, message = Status.DIVERGED, Status.DIVERGED.sentence
+            elif scene.ending(int(ints[MODE])) is not None:
+                last = int(ints[EVENTS]) - 1  # it stands still from there on
+                ints[WHOLE], floats[TAU] = rows[last, PERIODS], record[last, TIME]
+                status = Status(scene.ending(int(ints[MODE])))
+                message = status.sentence
             break
         m, g = int(ints[MODE]), int(ints[AT_GUARD])
         if code == FULL:
@@ -165,8 +178,7 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
             status = Status.TOO_MANY_EVENTS
             message = (f"{status.sentence} Element {scene.element_name(m, g)!r} at "
                        f"t = {ints[WHOLE] * period + floats[TAU]:.12g} fired event number {ints[COUNT]} of its period.")
-            n = int(ints[EVENTS])
-            at_once = int(np.sum((rows[:n, PERIODS] == ints[WHOLE]) & (record[:n, TIME] == floats[TAU])))
+            at_once = _at_once(ints, floats, rows, record)
             if at_once > INSTANTS:
                 message += (f" {at_once} of them are at this instant: impacts that follow each other and are not shown to be "
                             "infinitely many; raise max_events.")
@@ -176,15 +188,26 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
             break
         else:
             try:
-                endless = max(ints[INSTANT], ints[LOW]) > INSTANTS
+                endless = scene.n > 0 and max(ints[INSTANT], ints[LOW]) > INSTANTS
                 follows = settle.come_to_rest if endless else settle.decide
                 if endless:  # looked at again after as many more
                     ints[INSTANT] = ints[LOW] = 0
                 new, z = follows(scene, m, g, x, floats[SINCE])
             except settle.Inconsistent as error:
-                status = contradiction(scene, m, x)
-                message = f"{status.sentence} {error}"
-                break
+                n, at_once = int(ints[EVENTS]), _at_once(ints, floats, rows, record)
+                ends = None if scene.n else accumulation(rows[:n], rows[:n, PERIODS] * period + record[:n, TIME])
+                if ends is not None:
+                    status = Status.ZENO
+                    message = f"{status.sentence} They end at t = {ends[0]:.15g} (+- {ends[1]:.1g})."
+                    floats[TAU] = ends[0] - ints[WHOLE] * period
+                    break
+                if scene.n or scene.region(m) or at_once >= AT_ONCE:
+                    status = contradiction(scene, m, x)
+                    message = f"{status.sentence} {error}"
+                    if at_once >= AT_ONCE:
+                        message += f"; after {at_once} events at this instant, to {_listed(scene, rows[n - at_once:n])}"
+                    break
+                new, z = settle.jumped_on(scene, m, g, x)
             T = scene.tables
             _paced(scene, given, span)
             give_modal(T)
@@ -211,6 +234,17 @@ def integrate(scene, y0, begin, end, max_events=2000, keys=None) -> Trajectory:
     final = x[None, :scene.ns].copy()
     scene.show(int(ints[MODE]), final, floats[TAU:TAU + 1])
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
+
+
+def _at_once(ints, floats, rows, record) -> int:
+    """Return how many of the recorded events are at the present instant."""
+    n = int(ints[EVENTS])
+    return int(np.sum((rows[:n, PERIODS] == ints[WHOLE]) & (record[:n, TIME] == floats[TAU])))
+
+
+def _listed(scene, rows) -> str:
+    """Return the modes that events (N, 5) led to, each once."""
+    return ", ".join(map(repr, dict.fromkeys(key for row in rows for key in scene.keys[row[AFTER]])))
 
 
 def contradiction(scene, m, x) -> Status:

@@ -11,8 +11,12 @@ class Status(DescribedEnum):
                                           "complete.")
     INCONSISTENT = ("inconsistent", "No combination of modes may follow an event; the contacts contradict each other "
                                     "at this state.")
-    ESCAPING = ("escaping", "The motion begins where the fields of both sides leave the surface: it may leave it at any time, to "
+    ESCAPING = ("escaping", "The motion is where the fields of both sides leave the surface: it may leave it at any time, to "
                             "either side; begin a little aside.")
+    TWO_FOLD = ("two_fold", "The motion comes to a two-fold, where the fields of both sides are tangent to the surface: they do "
+                            "not determine how it goes on; begin a little aside.")
+    ZENO = ("zeno", "Infinitely many events come to an end in a finite time, and nothing says how the motion goes on: give what "
+                    "holds then a mode, or begin behind it.")
     NO_TARGET = ("no_target", "No mode may follow here: both fields lead to a surface on which sliding is not allowed, or a reset "
                               "lands where no mode may begin.")
     CODIMENSION_TWO = ("codimension_two", "The motion meets several surfaces at once, on which the fields of their sides do not "

@@ -15,11 +15,11 @@ import numpy as np
 from scipy.linalg import eig
 from scipy.optimize import brentq
 
-from ..checks import state
 from ..compose.natural import natural_length, natural_sizes
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN, paced
 from ..flow import settle
+from ..flow.initial import start_of
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
@@ -72,7 +72,7 @@ def autonomous_orbit(system: System, guess, closure, transient: int, period: flo
             first, found = guess.state, from_orbit(system, guess)
         else:
             scene = scene_of(system)
-            first = state("guess", guess, (2 * scene.n, scene.ns))
+            first = start_of(scene, "guess", guess)
             if not scene.laws:
                 paced(scene.tables, first, 0.0)
             if not first[scene.n:2 * scene.n].any():
@@ -194,14 +194,16 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
 
 def aside(system: System, y, near=STILL) -> np.ndarray:
     """Return a start; where ``y`` is an unstable state of rest, or as ``near`` to one (of the size of the motion), one a little
-    beside that, in the direction that grows fastest, on the side of ``y``."""
-    if system.n == 0:
-        return moved_off(scene_of(system), y)
-    rest = find_equilibrium(system, y)
-    n, units = system.n, rest.field.units
-    size = max(natural_length(scene_of(system).tables), float(np.abs(y[:n]).max()))
+    beside that, in the direction that grows fastest, on the side of ``y``; where several fields lead away, one beside it."""
+    rest, scene, n = find_equilibrium(system, y), scene_of(system), system.n
+    if n:
+        units, size = rest.field.units, max(natural_length(scene.tables), float(np.abs(y[:n]).max()))
+    else:
+        units, size = natural_sizes(scene.tables, np.array([y]), fastest(scene)), 1.0
+        if scene.ending(settle.start(scene, np.append(y, 1.0))[0]) is not None:  # several fields lead away from a surface
+            return y + ASIDE * units
     away = rest.state - np.append(y, np.zeros(len(units) - len(y)))
-    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n].max() > near * size:
+    if not rest.success or rest.stable is not False or np.abs(away / units)[:2 * n or None].max() > near * size:
         return y
     A, Z, coordinates = rest._small
     values, left, right = eig(A, left=True)
@@ -209,15 +211,6 @@ def aside(system: System, y, near=STILL) -> np.ndarray:
     side = -1.0 if np.real(np.conj(left[:, k]) @ (coordinates @ away)) > 0.0 else 1.0
     direction = side * Z @ np.real(right[:, k])
     return rest.state + ASIDE * size * direction / np.abs(direction / units).max()
-
-
-def moved_off(scene: Scene, y) -> np.ndarray:
-    """Return a start of a system of first order; where nothing moves at ``y``, one a little beside it."""
-    mode, x = settle.start(scene, np.concatenate([y, scene.forcing(np.zeros(1))[0]]))
-    A = scene.tables.A[mode]
-    if (np.abs(A @ x) > STILL * (np.abs(A) @ np.abs(x))).any():
-        return y
-    return y + ASIDE * natural_sizes(scene.tables, np.array([y]), fastest(scene))
 
 
 def failed(motion: Trajectory, start) -> PeriodicOrbit:
@@ -248,7 +241,7 @@ def at_rest(motion: Trajectory, start) -> bool:
 
 def dies_out(motion: Trajectory) -> bool:
     """Whether a motion without events comes near a stable state of rest as its slowest eigenvalue says, and so for ever."""
-    if len(motion.events) or motion.system.n == 0:
+    if len(motion.events):
         return False
     rest = find_equilibrium(motion.system, motion.final)
     if not rest.success or not rest.stable or rest.on_boundary or len(rest.continuum):

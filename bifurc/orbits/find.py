@@ -1,7 +1,8 @@
 """Find a periodic orbit: simulate for the event signature, solve with it fixed, audit."""
 
-from ..checks import checked, state
+from ..checks import checked
 from ..compose.scene import scene_of
+from ..flow.initial import start_of
 from ..flow.settle import Penetration
 from ..system import System, require_system
 from .autonomous import autonomous_orbit
@@ -79,8 +80,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         elif isinstance(guess, Orbit):
             found = from_state(system, guess.state, int(periods or guess.periods))
         elif guess is not None:
-            scene = scene_of(system)
-            found = from_state(system, state("guess", guess, (2 * scene.n, scene.ns)), int(periods or 1))
+            found = from_state(system, start_of(scene_of(system), "guess", guess), int(periods or 1))
         else:
             found = settled(system, periods, transient)
     except Penetration as error:  # of the motion from the guess

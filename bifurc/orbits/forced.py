@@ -5,6 +5,7 @@ from ..compose.natural import natural_sizes
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..flow.scan import CHATTER, GRAZE, KIND, PASSED, PERIODS
+from ..flow.settle import Inconsistent
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
 from ..system import System
@@ -154,8 +155,8 @@ def period_map(system: System, y, periods: int, half: bool):
     scene = scene_of(system)
     try:
         motion = simulate(system, y, periods=0.5 * periods if half else periods)
-    except ValueError:
-        return None  # beyond a stop
+    except (ValueError, Inconsistent):
+        return None  # beyond a stop, or in no mode
     if not motion.success or np.any(motion.recorded.rows[:, 3] == CHATTER):
         return None
     R, period = motion.recorded, scene.period

@@ -332,8 +332,8 @@ class PeriodicOrbit(Orbit):
                     "derivatives: multipliers are not unique (NaN) and stability is not known. Orbits nearby, with one "
                     "gap slightly changed, have them.")
         if self.success and self.intervals:
-            named = [f"{name} in [{low:.6g}, {high:.6g}]"
-                     for name, (low, high) in zip(self.labels.names(self.scene.n), self.intervals.values(), strict=True)]
+            free = self.labels.names(self.scene.n, self.system.states)
+            named = [f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in zip(free, self.intervals.values(), strict=True)]
             return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."
         if self.status is OrbitStatus.INADMISSIBLE and self._audit[3] > HELD:
             return f"{self.status.sentence} A row is held from where it is not at rest on its surface."

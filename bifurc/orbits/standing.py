@@ -34,7 +34,7 @@ def resting_start(system: System) -> np.ndarray:
     """
     scene = scene_of(system)
     stops = straight_stops(scene)
-    T, length = scene.tables, natural_length(scene.tables)
+    T = scene.tables
     y = np.zeros(scene.ns)
     for _ in range(8):
         clear = True
@@ -43,7 +43,7 @@ def resting_start(system: System) -> np.ndarray:
             depth = row[:scene.ns] @ y + farthest(scene, row)
             if depth >= 0.0:
                 clear = False
-                y = y - T.D[stop] * (depth + 0.1 * (length + abs(depth)))
+                y = y - T.D[stop] * (depth + 0.1 * (natural_length(T) + abs(depth)))
         if clear:
             return y
     rows = np.array([T.G[stop] for stop in stops])

@@ -4,9 +4,9 @@
 jumps. Both give a `System` without degrees of freedom, whose states are those of one `elements.Automaton`: simulation, orbits,
 branches and basins are those of every other system.  Start at `systems`; `fields` holds what a user writes, `regions` the modes.
 """
-from .equilibria import PiecewiseEquilibrium, equilibria
+from .equilibria import equilibria
 from .fields import AffineField, AffineReset, AffineSurface
 from .systems import HybridSystem, Jump, PiecewiseSystem, Switch
 
-__all__ = ["AffineField", "AffineReset", "AffineSurface", "HybridSystem", "Jump", "PiecewiseEquilibrium", "PiecewiseSystem",
-           "Switch", "equilibria"]
+__all__ = ["AffineField", "AffineReset", "AffineSurface", "HybridSystem", "Jump", "PiecewiseSystem", "Switch",
+           "equilibria"]

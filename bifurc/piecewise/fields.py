@@ -13,12 +13,14 @@ from ..elements.local import Affine, Frame
 
 
 def frozen(value):
-    """Return arrays and lists as nested tuples, so that what holds them can be compared; functions as they are."""
-    if callable(value):
-        return value
-    if isinstance(value, dict):
-        return tuple(sorted((k, frozen(v)) for k, v in value.items()))
-    return tuple(map(frozen, value)) if isinstance(value, (list, tuple, np.ndarray)) else value
+    """Return numbers in arrays and lists as nested tuples, so that what holds them can be compared; all else as it is."""
+    found = None if callable(value) else floats(value)
+    return value if found is None else nested(found.tolist())
+
+
+def nested(items):
+    """Return nested lists as nested tuples."""
+    return tuple(map(nested, items)) if isinstance(items, list) else items
 
 
 def read(owner: str, name: str, value, shape: tuple[int, ...], parameters: dict[str, float]) -> np.ndarray:
@@ -50,8 +52,10 @@ class AffineExpressions:
         for name, value in (("cos", cos), ("sin", sin)):
             if value is not None and not (isinstance(value, dict) and all(type(k) is int and k > 0 for k in value)):
                 raise refused(type(self).__name__, name, value, "None or a dict of whole numbers from 1 on to amplitudes")
-        for name, value in (("A", A), ("b", b), ("cos", frozen(cos or {})), ("sin", frozen(sin or {}))):
+        for name, value in (("A", A), ("b", b)):
             object.__setattr__(self, name, frozen(value))
+        for name, part in (("cos", cos or {}), ("sin", sin or {})):
+            object.__setattr__(self, name, tuple((k, frozen(part[k])) for k in sorted(part)))
 
     @property
     def harmonics(self) -> set[int]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import number, refused, shown
+from ..checks import flag, floats, listed, number, refused
 from ..elements.automaton import Automaton
 from ..elements.kinds import EventKind
 from ..elements.mode import Guard
@@ -49,17 +49,13 @@ class Switch:
         for name in ("below", "above"):
             if not isinstance(getattr(self, name), str):
                 raise refused("Switch", name, getattr(self, name), "the name of a field")
-        if not isinstance(self.sliding, bool):
-            raise refused("Switch", "sliding", self.sliding, "True or False")
+        object.__setattr__(self, "sliding", flag("Switch", "sliding", self.sliding))
         if self.hysteresis is not None:
-            try:
-                low, high = (number("Switch", "hysteresis", value) for value in self.hysteresis)
-            except (TypeError, ValueError):
-                raise refused("Switch", "hysteresis", self.hysteresis, "None or two numbers, the first below the second") from None
-            if not low < high:
-                raise refused("Switch", "hysteresis", self.hysteresis, "two numbers, the first below the second: with equal "
-                              "thresholds a motion would switch infinitely often in no time")
-            object.__setattr__(self, "hysteresis", (low, high))
+            found = floats(self.hysteresis)
+            if found is None or found.shape != (2,) or not np.isfinite(found).all() or not found[0] < found[1]:
+                raise refused("Switch", "hysteresis", self.hysteresis, "None or two numbers, the first below the second: with "
+                              "equal thresholds a motion would switch infinitely often in no time")
+            object.__setattr__(self, "hysteresis", tuple(found.tolist()))
 
     @property
     def band(self) -> tuple[float, float]:
@@ -102,8 +98,8 @@ class Jump:
         if not isinstance(self.mode, str):
             raise refused("Jump", "mode", self.mode, "the name of a mode")
         affine("Jump", "surface", self.surface, AffineSurface)
-        to = (self.to,) if isinstance(self.to, str) else tuple(self.to) if isinstance(self.to, (list, tuple)) else ()
-        if not to or not all(isinstance(name, str) for name in to):
+        to = names_in(self.to)
+        if not to:
             raise refused("Jump", "to", self.to, "the name of a mode, or names of some")
         if self.reset is not None:
             affine("Jump", "reset", self.reset, AffineReset)
@@ -174,11 +170,16 @@ class Plan:
                          exits=tuple((name, tuple(ends)) for name, ends in exits.items()), begins=self.start)
 
 
+def names_in(value) -> tuple[str, ...]:
+    """Return names that are given as one, or as a list of some; none where anything else is among them."""
+    found = (value,) if isinstance(value, str) else tuple(listed(value) or ())
+    return found if all(isinstance(name, str) for name in found) else ()
+
+
 def named_states(kind: str, states, parameters) -> tuple[str, ...]:
     """Return the names of the states, or raise ValueError."""
-    names = tuple(states.split()) if isinstance(states, str) else tuple(states) if isinstance(states, (list, tuple)) else ()
-    if not names or not all(isinstance(name, str) and name.isidentifier() and not keyword.iskeyword(name) for name in names) \
-            or len(set(names)) < len(names):
+    names = names_in(states.split() if isinstance(states, str) else states)
+    if not names or not all(name.isidentifier() and not keyword.iskeyword(name) for name in names) or len(set(names)) < len(names):
         raise refused(kind, "states", states, "different names, such as 'v i'")
     for name in names:
         if name in TAKEN or name in parameters:
@@ -198,10 +199,10 @@ def named_fields(kind: str, argument: str, fields) -> dict[str, AffineField]:
 
 def rules_of(kind: str, argument: str, rules, cls) -> tuple:
     """Return switches or jumps as a tuple, or raise ValueError."""
-    found = tuple(rules) if isinstance(rules, (list, tuple)) else ()
-    if not found and rules not in ((), []) or not all(isinstance(rule, cls) for rule in found):
+    found = listed(rules)
+    if found is None or not all(isinstance(rule, cls) for rule in found):
         raise refused(kind, argument, rules, f"a list of {cls.__name__}")
-    return found
+    return tuple(found)
 
 
 def planned(plan: Plan, omega, parameters) -> System:
@@ -309,11 +310,10 @@ def HybridSystem(states: str | Iterable[str], modes: dict[str, AffineField], jum
     states = named_states(kind, states, parameters)
     modes = named_fields(kind, "modes", modes)
     rules = rules_of(kind, "jumps", jumps, Jump)
-    begins = tuple(modes) if start is None else (start,) if isinstance(start, str) else start
-    if not isinstance(begins, (list, tuple)) or not begins:
+    begins = tuple(modes) if start is None else names_in(start)
+    if not begins:
         raise refused(kind, "start", start, "None, the name of a mode, or names of some")
-    begins = tuple(begins)
     for name in (*begins, *(name for rule in rules for name in (rule.mode, *rule.to))):
-        if not isinstance(name, str) or name not in modes:
-            raise ValueError(f"{kind}: the mode {shown(name)} has no field; there are {', '.join(map(repr, modes))}")
+        if name not in modes:
+            raise ValueError(f"{kind}: the mode {name!r} has no field; there are {', '.join(map(repr, modes))}")
     return planned(Plan(kind, states, tuple(modes.items()), rules, begins, omega is not None), omega, parameters)

@@ -1,6 +1,7 @@
 """Basin maps: which start leads to which attractor, the attractors, and how far the labels can be trusted."""
 import re
 import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
@@ -13,6 +14,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import ScaledTranslation
 
 from ..checks import SADDLE, SET, checked, either, like, many, of
+from ..structure.components import states_of
 from . import style
 from .motions.phase_plane import describe
 
@@ -75,7 +77,7 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
                 across, up = (low + (np.arange(cells) + 0.5) * (high - low) / cells for low, high, cells in
                               zip(grid.low, grid.high, labels.shape, strict=True))
                 ax.contourf(across, up, mine.T, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=1.5)
-    handles += _saddles(ax, grid, basins.system.n, saddle, unstable, stable)
+    handles += _saddles(ax, grid, basins.system.n, states_of(basins), saddle, unstable, stable)
     if handles:
         below = ScaledTranslation(0.0, -_UNDER_LABELS / 72.0, ax.figure.dpi_scale_trans)
         ax.legend([group for group, _ in handles], [words for _, words in handles],
@@ -85,8 +87,7 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     _said(ax, basins, labels, fresh)
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
-    half = basins.system.n
-    across, up = (style.component_label(_component(name, half), half) for name in grid.names)
+    across, up = (style.component_label(k, basins.system.n, states_of(basins)) for k in _places(basins))
     when = " at the start" if basins.section is not None else " at phase 0"
     ax.set_xlabel(across + when)
     ax.set_ylabel(up + when)
@@ -134,7 +135,7 @@ def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
         marker = _MARKERS[label % len(_MARKERS)]
         words = f"{describe(attractor)}: {_percent(basins.fractions.get(label, 0.0))}"
         every = np.atleast_2d(basins.points(label))
-        points = every[:, [_component(name, basins.system.n) for name in basins.grid.names]]
+        points = every[:, _places(basins)]
         size, edge = (1.5, 0.0) if len(points) > 200 else (6.0, 0.9)
         (drawn,) = ax.plot(points[:, 0], points[:, 1], linestyle="none", marker=marker, markerfacecolor=color,
                            markeredgecolor="white", markersize=size, markeredgewidth=edge, zorder=5)
@@ -142,7 +143,7 @@ def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
     return handles
 
 
-def draw_sets(ax: Axes, grid: Any, n: int, unstable: Any, stable: Any) -> list[tuple[tuple, str]]:
+def draw_sets(ax: Axes, grid: Any, n: int, unstable: Any, stable: Any, states: Sequence[str] = ()) -> list[tuple[tuple, str]]:
     """Draw an unstable set in black and a stable set in white with grey rims; return their entries for the legend."""
     handles: list[tuple[tuple, str]] = []
     rim: dict[str, Any] = {"color": "white", "linewidth": 1.0, "zorder": 3,
@@ -151,7 +152,7 @@ def draw_sets(ax: Axes, grid: Any, n: int, unstable: Any, stable: Any) -> list[t
     for item, look, words in ((unstable, thin, "unstable set of the saddle"), (stable, rim, "stable set of the saddle")):
         if item is None or not len(item.points):
             continue
-        i, j = (_component(name, n) for name in grid.names)
+        i, j = (_component(name, n, states) for name in grid.names)
         ends = np.flatnonzero(np.diff(item.curves)) + 1  # a line of NaN between pieces: one line for all
         points = np.insert(item.points, ends, np.nan, axis=0)
         (line,) = ax.plot(points[:, i], points[:, j], **look)
@@ -159,15 +160,16 @@ def draw_sets(ax: Axes, grid: Any, n: int, unstable: Any, stable: Any) -> list[t
     return handles
 
 
-def _saddles(ax: Axes, grid: Any, n: int, saddle: Any, unstable: Any, stable: Any) -> list[tuple[tuple, str]]:
+def _saddles(ax: Axes, grid: Any, n: int, states: Sequence[str], saddle: Any, unstable: Any,
+             stable: Any) -> list[tuple[tuple, str]]:
     """Draw saddles, an unstable and a stable set; return their entries for the legend."""
-    handles = draw_sets(ax, grid, n, unstable, stable)
+    handles = draw_sets(ax, grid, n, unstable, stable, states)
     items = saddle if isinstance(saddle, (list, tuple)) else [] if saddle is None else [saddle]
     for number, item in enumerate(items):
         points = np.atleast_2d(item.sections)
         if not len(points):
             continue
-        i, j = (_component(name, n) for name in grid.names)
+        i, j = (_component(name, n, states) for name in grid.names)
         (drawn,) = ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",
                            markeredgecolor="black", markeredgewidth=1.0, zorder=6)
         if number == 0:
@@ -221,8 +223,7 @@ def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
     image = ax.imshow(np.ma.maximum(values, least).T, origin="lower", extent=(left, right, bottom, top), norm=norm, cmap=colors,
                       interpolation="nearest", aspect="auto")
     ax.figure.colorbar(image, ax=ax, label=words)
-    half = basins.system.n
-    across, up = (style.component_label(_component(name, half), half) for name in basins.grid.names)
+    across, up = (style.component_label(k, basins.system.n, states_of(basins)) for k in _places(basins))
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
     return ax
@@ -233,8 +234,15 @@ def section_points(attractor: Any) -> np.ndarray:
     return np.atleast_2d(attractor.sections)
 
 
-def _component(name: str, n: int) -> int:
-    """Return the place of ``q0``, ``v0`` or ``w0`` in the state (q, v, w) of ``n`` degrees of freedom."""
+def _places(basins: Any) -> list[int]:
+    """Return the places of the components of a grid of starts in the state."""
+    return [_component(name, basins.system.n, states_of(basins)) for name in basins.grid.names]
+
+
+def _component(name: str, n: int, states: Sequence[str] = ()) -> int:
+    """Return the place of ``q0``, ``v0`` or ``w0`` in the state (q, v, w) of ``n`` degrees of freedom, or of one of the states."""
+    if name in states:
+        return list(states).index(name)
     match = re.fullmatch(r"([qvw])(\d+)", name)
     if match is None:
         raise ValueError(f"a grid runs over state components such as 'q0' and 'v0', got {name!r}")

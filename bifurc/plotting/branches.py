@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
 from ..checks import ALL_DRAWN, DRAWN, array, checked, flag, of
+from ..structure.components import worded
 from . import style
 
 _DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
@@ -46,7 +47,7 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
     """
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
-    measure = measure or default_measure(branch)
+    measure = worded(measure or default_measure(branch), getattr(branch, "states", ()))
     lines, at_points = runs(branch, measure)
     for word, contact, stable, px, py in lines:
         color = style.BLACK if contact is None else (style.IMPACTING if contact else style.FREE)

@@ -7,6 +7,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Patch
 
 from ..checks import COUNT, checked, like, whole
+from ..structure.components import states_of
 from . import style
 from .basins import _COLORS, _component, _percent
 from .motions.phase_plane import describe
@@ -56,7 +57,8 @@ def plot_cells(cells: Any, ax: Axes | None = None, field: str = "labels", group:
     else:
         _field(cells, ax, field, group, drawn)
     half = max(sum(name[0] == "q" for name in grid.names), 1)
-    across, up = (style.component_label(_component(name, half), half) for name in grid.names)
+    states = states_of(cells)
+    across, up = (style.component_label(_component(name, half, states), half, states) for name in grid.names)
     ax.set(xlabel=f"{across} at phase 0", ylabel=f"{up} at phase 0", xlim=(left, right), ylim=(bottom, top))
     return ax
 

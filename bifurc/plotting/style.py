@@ -8,7 +8,7 @@ import functools
 import os
 import re
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -196,13 +196,17 @@ def measure_label(name: str, single: bool = False) -> str:
         return _LABELS.get()[name]
     match = re.fullmatch(r"(max|min|rms|h1)_(\d+)", name)
     if match is None:
-        return name
+        kind, _, state = name.partition("_")
+        return f"{kind} {state}" if kind in _MEASURES and state else name
     x = "x" if single else f"x_{{{int(match[2]) + 1}}}"
     return f"$|h_1({x})|$" if match[1] == "h1" else f"${_MEASURES[match[1]]}{x}$"
 
 
-def component_label(index: int, n: int) -> str:
-    """Return the symbol of state component ``index`` of ``n`` displacements, then ``n`` velocities, then memory."""
+def component_label(index: int, n: int, states: Sequence[str] = ()) -> str:
+    """Return the symbol of state component ``index`` of ``n`` displacements, then ``n`` velocities, then memory; ``states`` have
+    names of their own."""
+    if states:
+        return _LABELS.get().get(states[index], states[index])
     kind, place = ("q", index) if index < n else ("v", index - n) if index < 2 * n else ("w", index - 2 * n)
     if f"{kind}{place}" in _LABELS.get():
         return _LABELS.get()[f"{kind}{place}"]

@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from ..checks import ALL_DRAWN, SET, checked, choice, like, whole
+from ..structure.components import states_of, worded
 from . import style
-from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
+from .basins import _COLORS, _places, draw_sets, plot_basins, section_points
 from .branches import plot_branch
 from .motions.phase_plane import describe
 
@@ -177,11 +178,12 @@ def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branc
         ax.plot(x[good], values.ravel()[good], linestyle="none", marker=".", markersize=size, markeredgewidth=0.0, color=color,
                 label=f"{direction}wards", rasterized=True, zorder=2 if direction == "down" else 3)
     for branch in branches:
-        if f"state_{component}" in branch.column_names:
-            plot_branch(branch, ax, f"state_{component}", points=False)
+        measure = worded(f"state_{component}", states_of(diagram))
+        if measure in branch.column_names:
+            plot_branch(branch, ax, measure, points=False)
     ax.set_xlim(diagram.values[0], diagram.values[-1]) if len(diagram.values) > 1 else None
     ax.set_xlabel(style.parameter_label(diagram.parameter))
-    ax.set_ylabel(style.component_label(component, ns // 2) + " at phase 0")
+    ax.set_ylabel(style.component_label(component, ns // 2, states_of(diagram)) + " at phase 0")
     style.legend(ax, markerscale=5)
     return ax
 
@@ -271,10 +273,9 @@ def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: A
     """
     if ax is None:
         ax = plot_basins(edge.basins)
-    n = edge.basins.system.n
-    i, j = (_component(name, n) for name in edge.basins.grid.names)
+    n, (i, j) = edge.basins.system.n, _places(edge.basins)
     bounds = ax.get_xlim(), ax.get_ylim()
-    draw_sets(ax, edge.basins.grid, n, unstable, stable)
+    draw_sets(ax, edge.basins.grid, n, unstable, stable, states_of(edge.basins))
     if edge.saddle is not None:
         points = section_points(edge.saddle)
         ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",

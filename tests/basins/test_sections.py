@@ -44,7 +44,7 @@ def test_an_impact_that_jumps_over_the_value_counts_with_the_state_before_it():
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    ({"coordinate": "x"}, "component"), ({"coordinate": 3}, "name"), ({"coordinate": "q0", "value": np.nan}, "finite"),
+    ({"coordinate": "x 1"}, "component"), ({"coordinate": 3}, "name"), ({"coordinate": "q0", "value": np.nan}, "finite"),
     ({"coordinate": "q0", "direction": 2}, "direction")])
 def test_impossible_sections(arguments, words):
     with pytest.raises(ValueError, match=words):

@@ -268,7 +268,7 @@ def test_crossings_at_events_and_on_the_value():
     assert none[0].shape == (0,) and none[1].shape == (0, 2)
     assert Section("v0", 1, -1).to_record() == {"coordinate": "v0", "value": 1.0, "direction": -1}
     assert Section("v1").place(scene_of(RICH)) == 3
-    for given, words in (((3,), "coordinate = 3"), (("x",), "'x' is unknown"), (("q0", np.nan), "Section: value = nan"),
+    for given, words in (((3,), "coordinate = 3"), (("x 1",), "'x 1' is unknown"), (("q0", np.nan), "Section: value = nan"),
                          (("q0", 0.0, 2), "direction = 2")):
         with pytest.raises(ValueError, match=words):
             Section(*given)
@@ -393,12 +393,12 @@ def test_regions_keep_what_they_are_given():
     two = scene_of(bf.systems.impact_chain(n=2))
     assert not np.array_equal(region.starts(two, 5, 1), region.starts(two, 5, 2)) and region.starts(two, 0, 1).shape == (0, 4)
     for given, words in ((({},), "region = {} is not allowed"), ((3,), "region = 3"),
-                         (({"x": (0, 1)},), "'x' is unknown"),
+                         (({"x 1": (0, 1)},), "'x 1' is unknown"),
                          (({"q0": (1, 1)},), r"two different numbers, \(low, high\)"),
                          (({"q0": 3},), r"two different numbers, \(low, high\)"), (({"q0": (1, 0)},), "low bound must be below"),
                          (({"q0": (0, np.inf)},), "must be finite"),
                          (({"q0": (0, 1)}, {"q0": 1}), "at fixes q0, which has a range"),
-                         (({"q0": (0, 1)}, 3), "at = 3 is not allowed"), (({"q0": (0, 1)}, {"z": 1}), "'z' is unknown")):
+                         (({"q0": (0, 1)}, 3), "at = 3 is not allowed"), (({"q0": (0, 1)}, {"1z": 1}), "'1z' is unknown")):
         with pytest.raises(ValueError, match=words):
             Region(*given)
 

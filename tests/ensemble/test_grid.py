@@ -24,8 +24,7 @@ def test_record_and_line():
 @pytest.mark.parametrize(("keywords", "said"), [
     ({}, "no components are given"),
     ({"q0": (-1, 1, 3), "periodic": ("v0",)}, "periodic = 'v0' is not allowed; it must be one of 'q0'"),
-    ({"x": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'x' is unknown"),
-    ({"q01": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'q01' is unknown"),
+    ({"q-1": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'q-1' is unknown"),
     ({"q0": (1, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
     ({"q0": (2, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
     ({"q0": (float("nan"), 1, 3), "v0": (-1, 1, 3)}, "must be a finite number"),

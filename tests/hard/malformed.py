@@ -279,6 +279,19 @@ WRONG = {  # what an argument of a kind cannot be
     ],
     "directions": [*NO_OBJECT[:-1], ("up", "up"), ("q0", "sideways"), "sideways", None, ["up", 3]],
     "place": [*STRANGE, *LISTS, *BOOLS, 1.5, -3, None, "nonsense", 10**30],
+    # of systems of first order with one state
+    "states named": [*STRANGE, *LISTS[:5], *LISTS[6:], *BOOLS, *NUMBERS, None, "", "1.0", "x x", "if", "t", "x\0", ["x", 3]],
+    "fields": [*NO_OBJECT, {}, {"-": 3, "+": 4}, {"-": bf.AffineField([[-1.0]])}, {3: bf.AffineField([[-1.0]])}],
+    "rules": [*[v for v in NO_OBJECT if not isinstance(v, types.GeneratorType)], [3], [bf.Switch], [bf.AffineSurface([1.0])]],
+    "surface": [*NO_OBJECT, lambda x: x, bf.AffineField([[1.0]]), [1.0]],
+    "reset": [*[v for v in NO_OBJECT if v is not None], lambda x: x, bf.AffineField([[1.0]]), [1.0]],
+    "modes named": [*[v for v in NO_OBJECT if v is not None], "nonsense", ["nonsense"], [None], {"rise": 1.0}],
+    "names of modes": [*STRANGE, *LISTS[:5], *LISTS[6:], *BOOLS, *NUMBERS, None, [None], ["rise", 3]],
+    "rows": [*STRANGE, *WORDS, *BOOLS, *BROKEN, None, [[1.0, 2.0]], [["a"]], [[1.0, math.inf], [0.0, 1.0]], [], [[[1.0]]], 3.0],
+    "constants": [*[v for v in NO_LIST if v is not None], [math.inf], [1.0, 2.0], [[1.0, 2.0]], np.zeros((2, 2, 2)), 3.0],
+    "amplitudes of harmonics": [*STRANGE, *LISTS, *WORDS, *BOOLS, 3, {1: "x"}, {0: [1.0]}, {1: [1.0, 2.0]}, {1.0: [1.0]}],
+    "first order start": [v for v in [*NO_LIST, 3.0, (1.0, 2.0), (math.nan,), Pair(), {"y": 1.0}, {"q0": 1.0}, {"x": "a"},
+                                      {"x": math.nan}, {3: 1.0}, {"x 1": 1.0}] if v is not None],
 }
 KIND = {
     name: kind
@@ -386,6 +399,8 @@ def made() -> dict[str, Any]:
     pathlib.Path(PLACE, "foreign.txt").write_text("not ours")
     os.mkfifo(f"{PLACE}/fifo")
     found["friction"] = bf.systems.jenkins_oscillator()
+    found["relay"] = bf.PiecewiseSystem("x", dict.fromkeys("-+", bf.AffineField([[-1.0]], [0.5])), [RELAY])
+    found["spiking"] = bf.systems.integrate_and_fire()
     found["stable"], found["unstable"] = found["edge"].stable_set(periods=2), found["edge"].unstable_set(periods=2)
     found["refined"] = bf.refined_basins(A, found["grid"], max_periods=100)
     found["model"] = bf.read(mass=found["file"], stiffness=found["file"])
@@ -456,6 +471,7 @@ RECORDS = {  # results: the package makes them
     "Model",
     "StiffModelWarning",
 }
+OPEN = {"PiecewiseSystem", "HybridSystem"}  # any other name is that of a parameter
 AUTHORS = {  # what authors of elements and problems derive from
     "Affine",
     "AroundPoint",
@@ -649,11 +665,42 @@ def bases(m) -> dict[str, dict]:
         "Trajectory.animate": {"frames": 2},
         "BasinMap.uncertainty": {},
         "BasinMap.labeller": {},
+        "PiecewiseSystem": {"states": "x", "fields": dict.fromkeys("-+", bf.AffineField([[-1.0]])), "switches": [RELAY]},
+        "HybridSystem": {"states": "x", "modes": {"rise": bf.AffineField([[-1.0]], [1.5])}, "jumps": [SPIKE]},
+        "Switch": {"surface": RELAY.surface},
+        "Jump": {"mode": "rise", "surface": RELAY.surface, "to": "rise"},
+        "piecewise.equilibria": {"system": m["relay"]},
     }
 
 
+RELAY = bf.Switch(bf.AffineSurface([1.0]))
+SPIKE = bf.Jump("rise", bf.AffineSurface([1.0], -1.0), to="rise", reset=bf.AffineReset([[0.0]]))
+
+
+def with_field(A=((-1.0,),), b=(1.0,), cos=None, sin=None):
+    """A system with a field of these numbers: a field alone does not know how many states there are."""
+    return bf.PiecewiseSystem("x", dict.fromkeys("-+", bf.AffineField(A, b, cos=cos, sin=sin)), [RELAY], omega=1.0)
+
+
+def with_surface(A=(1.0,), b=0.0, cos=None, sin=None):
+    """A system with a surface of these numbers."""
+    surface = bf.AffineSurface(A, b, cos=cos, sin=sin)
+    return bf.PiecewiseSystem("x", dict.fromkeys("-+", bf.AffineField([[-1.0]])), [bf.Switch(surface)], omega=1.0)
+
+
+def with_reset(A=((0.5,),), b=(0.0,), cos=None, sin=None):
+    """A system with a reset of these numbers."""
+    jump = bf.Jump("rise", SPIKE.surface, to="rise", reset=bf.AffineReset(A, b, cos=cos, sin=sin))
+    return bf.HybridSystem("x", {"rise": bf.AffineField([[-1.0]])}, [jump], omega=1.0)
+
+
+ROWS = {"A": "rows", "b": "constants", "cos": "amplitudes of harmonics", "sin": "amplitudes of harmonics"}
 SPECIAL: dict[str, dict] = {  # kinds of arguments that differ from those of their names, or have no name in the signature
     "simulate": {"periods": "ratio"},
+    "PiecewiseSystem": {"states": "states named", "fields": "fields", "switches": "rules", "k": "number"},
+    "HybridSystem": {"states": "states named", "modes": "fields", "jumps": "rules", "start": "modes named", "k": "number"},
+    "Switch": {"surface": "surface", "below": "label", "above": "label", "sliding": "flag", "hysteresis": "pair"},
+    "Jump": {"mode": "label", "surface": "surface", "to": "names of modes", "reset": "reset"},
     "lyapunov_exponents": {"y0": "start"},
     "bifurcation_diagram": {"starts": "start"},
     "parameter_chart": {"starts": "count"},
@@ -751,6 +798,7 @@ def cases() -> list[Case]:
             ("plotting", bf.plotting),
             ("explore", bf.explore),
             ("certify", __import__("bifurc.certify", fromlist="x")),
+            ("piecewise", bf.piecewise),
         )
     ]
     seen = set()
@@ -773,6 +821,15 @@ def cases() -> list[Case]:
                 found.append(
                     Case(f"{prefix}{name}", thing, given.get(f"{prefix}{name}", {}), SPECIAL.get(f"{prefix}{name}", {}))
                 )
+    found += [
+        Case("simulate", bf.simulate, {"system": m["relay"], "y0": (0.5,), "duration": 1.0}, {"y0": "first order start"}),
+        Case("find_orbit", bf.find_orbit, {"system": m["spiking"], "guess": (0.5,)}, {"guess": "first order start"}),
+        Case("find_equilibrium", bf.find_equilibrium, {"system": m["relay"], "guess": (0.5,)}, {"guess": "first order start"}),
+        Case("Grid", bf.Grid, {"x": (0, 1, 3)}, {"x": "range"}),
+        *(Case(name, make, {}, ROWS) for name, make in (
+            ("AffineField", with_field), ("AffineReset", with_reset))),
+        Case("AffineSurface", with_surface, {}, {**ROWS, "A": "constants", "b": "number"}),
+    ]
     F = m["friction"]  # one memory state: a start has two or three numbers
     found += [
         Case(name, function, {**given[name], "system": F, **more}, SPECIAL.get(name, {}))
@@ -832,9 +889,11 @@ def arguments(case: Case) -> dict[str, str]:
 
 def means(case: Case, name: str, kind: str, value) -> bool:
     """Return whether a value of a pool has a meaning in this place all the same."""
+    if name == "jumps":
+        return isinstance(value, list | range) and not len(value) or isinstance(value, np.ndarray) and value.shape == (0,)
     if isinstance(value, types.GeneratorType | range):  # an empty list
         return kind in ("list", "array", "elements", "axes", "states", "start", "place")
-    if name == "bounds":
+    if name in ("bounds", "hysteresis"):
         return isinstance(value, list | np.ndarray) and str(value) in ("[1.0, 2.0]", "[1. 2.]")
     if name == "q0" and case.name == "BasinMap.zoom":
         return isinstance(value, tuple) and value == (0, 1)
@@ -846,6 +905,8 @@ def means(case: Case, name: str, kind: str, value) -> bool:
         return case.base.get("system") is made()["friction"]  # which has a memory state
     if name == "guess":
         return isinstance(value, tuple) and value == (1.0,) and case.name != "find_orbit"
+    if name == "periodic" and isinstance(value, str):
+        return value in case.base
     if name in ("periodic", "saddle"):
         return value.size == 0 if isinstance(value, np.ndarray) else isinstance(value, list) and not len(value)
     if name == "at":  # components are looked up when a system is known
@@ -861,7 +922,8 @@ def everything(among=None):
             for value in WRONG[kind] if kind else ():
                 if not (value is None and default is None or means(case, name, kind, value)):
                     yield case, name, (i for i in ()) if isinstance(value, types.GeneratorType) else value
-        yield case, "unknown_argument", 1.0
+        if case.name not in OPEN:
+            yield case, "unknown_argument", 1.0
 
 
 def draw(seed: int, count: int, among=None):
@@ -876,7 +938,7 @@ def draw(seed: int, count: int, among=None):
     for k in rng.permutation(np.arange(count) % len(every)).tolist():
         case, name, kind = every[k]
         default = getattr(inspect.signature(case.function).parameters.get(name), "default", ...)
-        if rng.random() < 0.02:
+        if rng.random() < 0.02 and case.name not in OPEN:
             yield case, f"unknown_{name}", 1.0
             continue
         while True:

@@ -35,28 +35,24 @@ def test_a_neuron_fires_with_the_period_of_one_exponential(current):
     assert [event.kind for event in orbit.events] == ["reset"]
 
 
-def test_a_relay_slides_twice_a_period_and_its_slides_are_born_where_crossings_become_slides():
-    orbit = bf.find_orbit(bf.systems.relay_feedback(), (0.1, -1.0, -3.0))
-    assert orbit.success and orbit.period == pytest.approx(7.785215102286, abs=1e-10)
-    np.testing.assert_allclose(sorted(abs(orbit.multipliers)), [0.0, 0.135173539938**2], atol=1e-9)
-    slides = [event.time for event in orbit.events]
-    assert min(np.diff([*slides, slides[0] + orbit.period])) == pytest.approx(0.134674009630, abs=1e-10)
-    branch = bf.trace(orbit, "s", bounds=(-3.0, -0.05), max_steps=120)
-    [point] = branch.special_points
-    assert point.kind == "crossing_sliding" and abs(point.parameter + 2.406514503378) <= point.error + 1e-12 and branch.audit.ok
-
-
 def test_a_buck_converter_doubles_its_period_where_it_should():
     """di Bernardo, Garofalo, Glielmo and Vasca (1998); the product of multipliers is exp(-T/(R C))."""
     orbit = bf.find_orbit(bf.systems.buck_converter(), (11.969511538815, 0.591571935915, 0.0))
     assert orbit.success and orbit.period == pytest.approx(400e-6, rel=1e-12)
     np.testing.assert_allclose(sorted(orbit.multipliers, key=np.imag), [-0.691894155545 - 0.447746969128j,
                                                                         -0.691894155545 + 0.447746969128j], atol=1e-9)
-    on, off = (event.time for event in orbit.events)
-    assert (on - off) % orbit.period / orbit.period == pytest.approx(0.402350330388, abs=1e-10)
+    on, again = orbit.events
+    assert (on.time - again.time) % orbit.period / orbit.period == pytest.approx(0.402350330388, abs=1e-10)
+    np.testing.assert_allclose(again.after, [11.969511538815, 0.591571935915, 0.0], rtol=1e-11, atol=1e-15)
     branch = bf.trace(orbit, "E", bounds=(18.0, 30.0))
     [point] = branch.special_points
     assert point.kind == "period_doubling" and point.parameter == pytest.approx(24.516572829, abs=1e-8) and branch.audit.ok
+    on, again = point.solution.events
+    np.testing.assert_allclose(again.after[:2], [12.0277089452, 0.6080842878], rtol=1e-9)
+    assert (on.time - again.time) % point.solution.period / point.solution.period == pytest.approx(0.509509672869, abs=1e-9)
+    np.testing.assert_allclose(np.sort(point.solution.multipliers.real), [-1.0, -0.679194870931], atol=1e-9)
+    determinant = np.prod([branch.column(f"multiplier_{k}") for k in range(2)], axis=0)
+    np.testing.assert_allclose(determinant, math.exp(-400e-6 / (22.0 * 47e-6)), rtol=1e-9)
 
 
 def test_chuas_one_sided_cycle():
@@ -73,7 +69,7 @@ def test_equilibria_persist_or_meet_in_a_nonsmooth_fold():
         for mu in (-0.3, 0.3):
             system = bf.PiecewiseSystem("x y", {"-": F(A, lambda mu: [0, mu]), "+": F(A, [g[0], mu + g[1]])},
                                         [bf.Switch(S([0.0, 1.0]))], mu=mu)
-            found = {one.mode: one for one in equilibria(system)}
+            found = {one.contacts["automaton"]: one for one in equilibria(system)}
             assert found["-"].state[1] == pytest.approx(2.0 * mu / 3.0, abs=1e-14) and found["-"].virtual is (mu > 0.0)
             pseudo = found["slide"]
             assert pseudo.kind == "pseudo" and pseudo.state == pytest.approx([slope * mu, 0.0], abs=1e-14)
@@ -181,8 +177,6 @@ def test_files_sweeps_and_basins(tmp_path):
 
 
 def test_what_is_not_there_for_systems_of_first_order_says_so():
-    with pytest.raises(ValueError, match="piecewise.equilibria"):
-        bf.find_equilibrium(bf.systems.relay_feedback())
     with pytest.raises(ValueError, match="first order"):
         bf.find_orbit(on_a_belt(0.9), method=bf.HarmonicBalance(3))
     with pytest.raises(ValueError, match="without excitation"):

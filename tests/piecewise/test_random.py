@@ -9,18 +9,21 @@ STOP, CLOSE = 8.0, 1e-7
 
 
 def drawn(seed):
-    """Return a system and its numbers: one surface, relays of constant jump, kinks, or both; a load; hysteresis in some."""
+    """Return a system and its numbers: a relay, dry friction under a load that varies, a kink, or hysteresis; driven or not."""
     rng = np.random.default_rng([seed, 45])
     n = int(rng.integers(1, 5))
     A = rng.normal(size=(n, n)) - (0.6 + rng.random()) * np.eye(n)
     b, load, h = 0.6 * rng.normal(size=n), rng.normal(size=n) * (rng.random() < 0.7), rng.normal(size=n)
     offset, omega = 0.4 * rng.normal(), float(rng.uniform(0.5, 3.0))
-    kind = rng.choice(["relay", "kink", "hysteresis"])
+    kind = rng.choice(["relay", "friction", "kink", "hysteresis"])
     jump = rng.normal(size=n) * (2.0 if kind == "relay" else 0.0)
     kink = rng.normal(size=n) * (kind == "kink")
     if kind == "hysteresis":
         jump = -h * rng.uniform(0.5, 2.0)
     above = A + np.outer(kink, h), b + kink * offset + jump
+    if kind == "friction":
+        way = 2.0 * rng.normal(size=n)
+        above = A + np.outer(way, rng.normal(size=n)), b + way * rng.normal()
     band = (-0.3, 0.2) if kind == "hysteresis" else None
     cos = {1: load} if load.any() else None
     fields = {"-": bf.AffineField(A, b, cos=cos), "+": bf.AffineField(*above, cos=cos)}

@@ -69,8 +69,8 @@ def settles_on(system: System, y: np.ndarray, scale: np.ndarray):
         if not motion.success:
             return None, None
         y = motion.final
-        rest = find_equilibrium(system, y) if system.n else None
-        if rest is not None and rest.success and rest.stable is not False and np.linalg.norm((rest.state - y) / scale) <= NEAR:
+        rest = find_equilibrium(system, y)
+        if rest.success and rest.stable is not False and np.linalg.norm((rest.state - y) / scale) <= NEAR:
             return rest, y
         for orbit in from_motion(system, returns(motion, early=False), None, early=False):
             if orbit.success and orbit.stable and distance_to(orbit, y) <= NEAR:

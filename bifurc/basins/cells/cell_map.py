@@ -227,7 +227,7 @@ class CellMap(Content, Notebook):
 
     @property
     def _places(self) -> list[int]:
-        return list(self.grid.places(self.system.n, scene_of(self.system).ns))
+        return list(self.grid.places(self.system.n, scene_of(self.system).ns, self.system.states))
 
     @checked(group=None)
     def density(self, group: int | Group) -> np.ndarray:

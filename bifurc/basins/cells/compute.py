@@ -14,6 +14,7 @@ from ...jobs.executors import user_parts
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
+from ...structure.components import component_names
 from ...system import System
 from ..attractors.attractors import ChaoticAttractor, SampledAttractor
 from ..maps.compute import scale_of
@@ -179,9 +180,9 @@ def _source(system, grid: Grid, periods: int, options: dict, run: dict) -> tuple
     assert carrier.map is not None
     scene = carrier.map.scene
     n, ns = scene.n, scene.ns
-    places = grid.places(n, ns)
+    places = grid.places(n, ns, system.states)
     if sorted(places) != list(range(ns)):
-        have = [f"q{k}" for k in range(n)] + [f"v{k}" for k in range(n)] + [f"w{k}" for k in range(ns - 2 * n)]
+        have = component_names(n, ns, system.states)
         missing = [name for place, name in enumerate(have) if place not in places]
         raise ValueError(f"grid = {grid!r} does not cover the state of {system!r}: a map of cells runs over all of "
                          f"{', '.join(have)}; missing: {', '.join(missing)}. Over a slice write basins_of_attraction")

@@ -94,7 +94,7 @@ class SystemJudge:
         self.found = Discovery(system, self.integrator, scale, options, list(known))
         self.labeller, self.store = Labeller(self.integrator, user_parts(system)), ChunkStore(None, {})
         self.scale, self.run, self.most = scale, run, options["max_periods"]
-        self.places = list(grid.places(scene.n, scene.ns))
+        self.places = list(grid.places(scene.n, scene.ns, scene.system.states))
 
     @property
     def attractors(self) -> list:

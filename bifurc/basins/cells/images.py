@@ -12,6 +12,7 @@ from ...ensemble.period_map import PeriodMap
 from ...jobs.executors import Kept, run_chunks, user_parts
 from ...jobs.progress import Progress
 from ...jobs.store import ChunkStore, fingerprint
+from ...structure.components import states_of
 from ...system import System
 
 PIECE = 2048  # samples that a thread maps at a time where nothing is filed
@@ -62,7 +63,7 @@ class Carrier:
             ends, outcomes = self._iterated(states)
         else:
             found, scene = self.map.apply(states, self.periods), self.map.scene
-            ends, outcomes = found.ends[:, list(self.grid.places(scene.n, scene.ns))], found.outcomes
+            ends, outcomes = found.ends[:, list(self.grid.places(scene.n, scene.ns, states_of(scene)))], found.outcomes
         good = outcomes == 0
         return ends, outcomes, np.where(good, self.grid.cells_of(np.where(good[:, None], ends, np.nan)), -1)
 

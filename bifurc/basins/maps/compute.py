@@ -206,12 +206,13 @@ class _Work:
             return label_noise.LabelNoise(np.empty(0), np.empty(0), 0, 1.0, 0.0, 0.0)
         rng = np.random.default_rng([self.options["seed"], 1])
         mean = cells.periods[counted].mean()
-        budget = max(label_noise.SHARE * mean * self.grid.size, 4e5 if self.integrator.lean else 4e4 / self.scene.n)
+        size = self.scene.n or 0.5 * self.scene.ns  # of systems of first order half the states
+        budget = max(label_noise.SHARE * mean * self.grid.size, 4e5 if self.integrator.lean else 4e4 / size)
         samples = int(np.clip(budget / (6.0 * max(mean, 1.0)), *label_noise.SAMPLES))
         chosen = np.sort(rng.choice(counted, min(samples, counted.size), replace=False))
         targets = self.found.targets()
         steps = np.zeros(self.scene.ns)
-        places = list(self.grid.places(self.scene.n, self.scene.ns))
+        places = list(self.grid.places(self.scene.n, self.scene.ns, self.system.states))
         steps[places] = self.scale[places]
 
         def relabel(starts: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from ... import io, plotting
 from ...checks import EQUATIONS, checked, floats, number, of, refused, whole, word
 from ...content import Content
 from ...notebook import Notebook
+from ...structure.components import worded
 from ..kinds import End, StopReason
 from ..registry import EXTEND, named
 from ..resimulation import EDGE
@@ -182,6 +183,7 @@ class Branch(Content, Notebook):
             return arrays[name].copy()
         if name in self._recorded():
             return arrays["recorded/" + name].copy()
+        name = worded(name, self.states)
         if name not in self._measure_names():
             if self.parameter.endswith("." + name):  # as `trace` was asked for it
                 return arrays["parameter"].copy()
@@ -316,6 +318,11 @@ class Branch(Content, Notebook):
         """Whether a row lies on a boundary of its event sequence (m,)."""
         places = np.array([point.s for point in self._points if point.on_boundary])
         return np.abs(self._arrays["s"][:, None] - places).min(axis=1, initial=np.inf) <= EDGE
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states of a system of first order, see `System.states`."""
+        return getattr(self.problems[0], "states", ())
 
     def _measure_names(self):
         return list(dict.fromkeys(name for problem in self.problems for name in problem.measure_names))

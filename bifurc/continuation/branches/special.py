@@ -10,6 +10,7 @@ from ...content import Content, handed_out
 from ...lazy import Later
 from ...notebook import Notebook, Table
 from ...orbits.base import Orbit
+from ...structure.components import worded
 from ..grazing import grazing_of, sliding_class
 from ..kinds import BOUNDARIES, LocationStatus, SpecialPointKind
 
@@ -156,12 +157,14 @@ class Measures:
         self._problem = problem
         self._x = x
         self._recorded = recorded
+        self._states = getattr(problem, "states", ())
         self._names = tuple(dict.fromkeys((*problem.measure_names, *recorded)))
 
     def __contains__(self, name) -> bool:
-        return name in self._names
+        return worded(name, self._states) in self._names
 
     def __getitem__(self, name):
+        name = worded(name, self._states)
         if name in self._recorded:  # columns of a branch have the same order
             return self._recorded[name]
         if name not in self._names:

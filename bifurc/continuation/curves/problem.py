@@ -281,6 +281,11 @@ class CurveProblem(Problem):
     # what is shown and stored
 
     @property
+    def states(self) -> tuple[str, ...]:
+        """See `Problem.states`."""
+        return self.family.problem.states
+
+    @property
     def measure_names(self) -> tuple[str, ...]:
         """The branch's parameter and measures."""
         return (self.base_parameter, *self.family.problem.measure_names)

@@ -98,6 +98,11 @@ class Unfolded(Problem):
         return other
 
     @property
+    def states(self):
+        """Those of the branch."""
+        return self.inner.states
+
+    @property
     def measure_names(self):
         """Those of the branch."""
         return self.inner.measure_names

@@ -114,7 +114,8 @@ def small(problem, x, size=SMALL) -> bool:
     states = np.empty((SAMPLES, problem.scene.ns))
     times = np.linspace(0.0, whole.span, SAMPLES, endpoint=False)
     problem.equations.motion.states(problem.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, times, states)
-    return bool(np.abs(states[:, n:2 * n] / problem.weights[n:2 * n]).max() <= size)
+    moves = states[:, n:2 * n] / problem.weights[n:2 * n] if n else np.ptp(states, axis=0) / problem.weights
+    return bool(np.abs(moves).max() <= size)
 
 
 def homoclinic(orbit, near=LINGERING) -> bool:

@@ -30,36 +30,69 @@ def halves(signature: Signature, x0, scale, wide):
     """
     nodes = signature.nodes
     count = len(nodes) // 2
-    if signature.closure < 0 or signature.clock or len(nodes) % 2 or abs(signature.span % 2.0) > 1e-9:
+    if signature.closure < 0 or len(nodes) % 2 or abs(signature.span % 2.0) > 1e-9:
         return None
     if not np.array_equal(nodes[:count], nodes[count:]):
         return None
     difference = half_difference(signature, x0, scale)
-    half = len(difference)
     if np.sqrt(difference @ difference) <= SEPARATE:
         plane, _ = null_vectors(wide())
         if len(plane) > 1:
-            difference = np.linalg.svd(plane[:, :half] - plane[:, half:-1])[2][0]
+            difference = np.linalg.svd(apart(signature, plane))[2][0]
     norm = np.sqrt(difference @ difference)
     if norm == 0.0:
         return None
-    row = difference / (norm * scale[:half])
-    return np.concatenate([row, -row, [0.0]]), float(row[::half // count].sum()) * 0.5 * signature.span
+    row = difference / (norm * scale[:len(difference)])
+    return apart(signature, np.eye(len(x0))) @ row, float(row[::len(row) // count].sum()) * 0.5 * signature.span
+
+
+def parts(signature: Signature, x, shift: float):
+    """Return the unknowns (..., 2, n / 2) of the two halves of a doubled orbit at ``x`` (..., n + 1), each as those of an orbit.
+
+    The second begins ``shift`` later; where the period is unknown it begins at its first event, and each half has a period of its
+    own.  Of differences of solutions the shift is 0.
+    """
+    count = len(signature.nodes) // 2
+    rows = np.array(x[..., :-1]).reshape(*x.shape[:-1], 2, count, -1)
+    if signature.clock:
+        total, middle = rows[..., 0, 0, 0].copy(), rows[..., 1, 0, 0].copy()
+        rows[..., 1, :, 0] -= middle[..., None]
+        rows[..., 0, 0, 0], rows[..., 1, 0, 0] = middle, total - middle
+    else:
+        rows[..., 1, :, 0] -= shift
+    return rows.reshape(*x.shape[:-1], 2, -1)
+
+
+def joined(signature: Signature, first, second, shift: float) -> np.ndarray:
+    """Return the unknowns (n,) of an orbit of two halves (n / 2,) of a ``signature``, the inverse of `parts`."""
+    rows = np.array([first, second]).reshape(2, len(signature.nodes), -1)
+    if signature.clock:
+        period, later = rows[:, 0, 0]
+        rows[1, 0, 0] = 0.0
+        rows[1, :, 0] += period
+        rows[0, 0, 0] = period + later
+    else:
+        rows[1, :, 0] += shift
+    return rows.ravel()
+
+
+def apart(signature: Signature, directions):
+    """Return the differences (m, n / 2) of the halves along ``directions`` (m, n + 1)."""
+    found = parts(signature, directions, 0.0)
+    return found[:, 0] - found[:, 1]
 
 
 def half_difference(signature: Signature, x, scale):
     """Return the scaled difference of the two halves (n / 2,) of a doubled orbit at ``x`` (n + 1,)."""
-    half = (len(x) - 1) // 2
-    apart = x[:half] - x[half:-1]
-    apart[::2 * half // len(signature.nodes)] += 0.5 * signature.span
-    return apart / scale[:half]
+    found = apart(signature, x[None])[0]
+    found[::2 * len(found) // len(signature.nodes)] += 0.5 * signature.span
+    return found / scale[:len(found)]
 
 
-def splitting(directions):
+def splitting(signature: Signature, directions):
     """Return those of unit ``directions`` (m, n + 1), scaled unknowns, along which the halves of a doubled orbit come apart."""
-    half = (directions.shape[1] - 1) // 2
-    apart = np.linalg.norm(directions[:, :half] - directions[:, half:-1], axis=1) > APART
-    return directions[apart] if apart.any() else directions
+    far = np.linalg.norm(apart(signature, directions), axis=1) > APART
+    return directions[far] if far.any() else directions
 
 
 def turned(problem, a, b) -> bool:
@@ -71,7 +104,7 @@ def turned(problem, a, b) -> bool:
 
 def branches(problem, point, n_max: int):
     """Return the audited orbits on the branches that meet at a special point; None for the general rule."""
-    if problem.sequence.clock and (point.kind is SpecialPointKind.PERIOD_DOUBLING
+    if problem.sequence.clock and (point.kind is SpecialPointKind.PERIOD_DOUBLING and not problem.sequence.events
                                    or point.kind is SpecialPointKind.BRANCH_POINT and problem.sequence.closure < 0):
         return Switched((), "the orbits that branch off here are not constructed for an unknown period; simulate beside the point "
                             "and give find_orbit a state of that motion")
@@ -112,12 +145,9 @@ def doubled(problem, point):
     """Return the orbit of twice the period at a flip; a one-tuple, or empty when it is not admissible."""
     s, x = problem.sequence, point.x
     v = critical(problem, x)
-    rows = x[:-1].reshape(len(s.nodes), -1)
-    later = rows.copy()
-    later[:, 0] += s.span
-    signature = Signature(np.vstack([s.nodes, s.nodes]), np.concatenate([s.fixed, s.fixed + s.span]), 2.0 * s.span)
-    direction = np.concatenate([v, -v, [0.0]])
-    start = np.concatenate([rows.ravel(), later.ravel(), x[-1:]])
+    signature = Signature(np.vstack([s.nodes, s.nodes]), np.concatenate([s.fixed, s.fixed + s.span]), 2.0 * s.span, clock=s.clock)
+    direction = np.append(joined(s, v, -v, 0.0), 0.0)
+    start = np.append(joined(s, x[:-1], x[:-1], s.span), x[-1])
     new = problem.with_sequence(signature, start + 1e-6 * direction)
     orbit = stepped_out(new, start, direction)
     return () if orbit is None else (orbit,)
@@ -131,19 +161,16 @@ def merging(problem, a, b, t):
     lies far from the rows is no point between them.
     """
     s, x = problem.sequence, a.x + t * (b.x - a.x)
-    half = (len(x) - 1) // 2
     count = len(s.nodes) // 2
-    shift = np.zeros(half)
-    shift[::half // count] = 0.5 * s.span
-    single = problem.with_sequence(Signature(s.nodes[:count], s.fixed[:count], 0.5 * s.span),
-                                   np.append(0.5 * (x[:half] + x[half:-1] - shift), x[-1]))
+    one = Signature(s.nodes[:count], s.fixed[:count], 0.5 * s.span, clock=s.clock)
+    single = problem.with_sequence(one, np.append(0.5 * parts(s, x, one.span).sum(axis=0), x[-1]))
 
     def flip(guess, tangent):
         c = single.correct(guess, tangent)
         return c if c.converged and np.isfinite(c.monitors[0]) else None
 
-    apart = float(np.linalg.norm((b.x - a.x) / problem.scale))
-    old, step = flip(single.x0, single.null_tangent(single.x0)), min(SECANT, PART * apart)
+    length = float(np.linalg.norm((b.x - a.x) / problem.scale))
+    old, step = flip(single.x0, single.null_tangent(single.x0)), min(SECANT, PART * length)
     new = None if old is None else flip(old.x + step * single.scale * old.tangent, old.tangent)
     for _ in range(20):
         if new is None or new.monitors[0] == old.monitors[0]:
@@ -154,15 +181,15 @@ def merging(problem, a, b, t):
             break
     if new is None:
         return None
-    joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
-    if any(np.linalg.norm((joined - row.x) / problem.scale) > BESIDE * apart for row in (a, b)):
+    twice = np.append(joined(one, new.x[:-1], new.x[:-1], one.span), new.x[-1])
+    if any(np.linalg.norm((twice - row.x) / problem.scale) > BESIDE * length for row in (a, b)):
         return None
     v = critical(single, new.x)
-    direction = np.concatenate([v, -v, [0.0]]) / problem.scale
+    direction = np.append(joined(one, v, -v, 0.0), 0.0) / problem.scale
     direction /= np.sqrt(direction @ direction)
     if direction @ a.tangent < 0.0:
         direction = -direction
-    return Corrected(joined, direction, True, CorrectorStatus.CONVERGED, new.iterations, new.residual, 0.0, 0.0, a.det_sign,
+    return Corrected(twice, direction, True, CorrectorStatus.CONVERGED, new.iterations, new.residual, 0.0, 0.0, a.det_sign,
                      a.det_log, at_end(problem, a, problem._merges))
 
 

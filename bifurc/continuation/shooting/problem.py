@@ -27,6 +27,7 @@ from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, G
 from ...orbits.shooting.signature import Signature, at_limits, divided, repeated, sections, since
 from ...solve.bordered import Factors, kernel
 from ...solve.steprun import SIZE, run_of
+from ...structure.components import by_number, worded
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
@@ -388,7 +389,7 @@ class OrbitProblem(Problem):
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""
-        return directions if self._halves is None else branching.splitting(directions)
+        return directions if self._halves is None else branching.splitting(self.sequence, directions)
 
     def _apart(self, x) -> float:
         """How much the two halves of a doubled orbit differ at ``x`` (n + 1,), scaled."""
@@ -768,7 +769,7 @@ class OrbitProblem(Problem):
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
-        each = [f"{name}_{i}" for i in range(self.system.measured) for name in ("max", "min", "rms", "h1")]
+        each = [worded(f"{name}_{i}", self.states) for i in range(self.system.measured) for name in ("max", "min", "rms", "h1")]
         count = self.scene.ns - len(self._labels.places) - (self.sequence.clock > 0.0)
         return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(count)))
 
@@ -783,7 +784,7 @@ class OrbitProblem(Problem):
             return np.array(told, object if None in told else bool)
         if name.startswith("multiplier_"):
             return np.array([self._told(x)[int(name[11:])] for x in xs])
-        kind, dof = name.rsplit("_", 1)
+        kind, dof = by_number(name, self.states).rsplit("_", 1)
         rows = np.array([self._measured(x, int(dof)) for x in xs])
         return {"max": lambda: rows[:, 0], "min": lambda: rows[:, 1], "rms": lambda: np.sqrt(rows[:, 2]),
                 "h1": lambda: np.hypot(rows[:, 3], rows[:, 4])}[kind]()

@@ -16,6 +16,7 @@ from ..kinds import EventKind
 from ..local import affine
 from ..mode import Guard, Mode
 from ..site import Rows
+from .joint import Joint
 
 LAM = ("lam", 0)
 ROUNDING = 4.0 * np.finfo(float).eps  # of a product, beside a number that was given for it
@@ -61,6 +62,8 @@ def times(one: Rows, other: Rows) -> float:
 
 def key_of(elements, together, element: int, key: Hashable) -> dict[int, Hashable]:
     """Return the keys of all elements that change with that of one of them."""
+    if isinstance(key, Joint):
+        return {other: own for e, changed in key.changes for other, own in key_of(elements, together, e, changed).items()}
     leader, sign = together[element]
     lead = key if sign > 0 else elements[element].mirrored_key(key)
     return {e: lead if way > 0 else elements[e].mirrored_key(lead) for e, (first, way) in enumerate(together) if first == leader}

@@ -14,6 +14,7 @@ own rate of change throughout: what is small, and what depends on what else, is 
 One file, because the equilibrium tells its guards, modes and eigenvalues by the conditions that the search solves.
 """
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.linalg import qr
@@ -22,8 +23,10 @@ from ... import io
 from ...checks import checked, floats, refused, whole
 from ...compose.scene import Scene, scene_of
 from ...content import Content, kept
+from ...elements import EventKind
 from ...enumerations import DescribedEnum
 from ...flow import settle
+from ...flow.initial import start_of
 from ...flow.linear import ModeField
 from ...motion import Motion
 from ...notebook import Notebook
@@ -66,6 +69,12 @@ class Equilibrium(Content, Notebook, Motion):
         Positions, zero velocities, internal variables.
     mode : int
         Mode of the scene it is an equilibrium of; `contacts` says it in words.
+    kind : str
+        "regular", "pseudo" or "boundary".
+    weight : float, tuple of float or None
+        Of a pseudo-equilibrium: the share of the field above the surface.
+    virtual : bool
+        The mode does not hold there.
     depths : ndarray (contacts,)
         How far it is beyond each circle that gives a force, length: times the stiffness the load there, however stiff it is.
     status, message
@@ -169,6 +178,26 @@ class Equilibrium(Content, Notebook, Motion):
         high = float(away[along > 0.0].min(initial=np.inf))
         return {place: (float(self._state[place]) + low, float(self._state[place]) + high)}
 
+    @property
+    def kind(self) -> str:
+        """"regular"; "pseudo": of a slide, where fields of first order on both sides of a surface cancel; "boundary": on a surface
+        that ends its mode."""
+        return "boundary" if self.on_boundary else "pseudo" if self.scene.slides(self.mode) else "regular"
+
+    @property
+    def virtual(self) -> bool:
+        """Whether it is an equilibrium of a mode that does not hold there: no motion rests there."""
+        return self.status is EquilibriumStatus.INADMISSIBLE
+
+    @functools.cached_property
+    def weight(self) -> float | tuple[float, ...] | None:
+        """Share of the field above the surface, 0 to 1, in the field of a slide, where both cancel; a tuple of several surfaces.
+        None where nothing slides."""
+        values = self.field.guard_slopes(self._state)[0]
+        ends = [value for g, value in enumerate(values.tolist()) if self.scene.event_kind(self.mode, g) is EventKind.SLIDE_END]
+        found = tuple(low / (low + high) for low, high in zip(ends[::2], ends[1::2], strict=True))
+        return None if not found else found[0] if len(found) == 1 else found
+
     @functools.cached_property
     def on_boundary(self) -> list[str]:
         """Labels of the elements whose guard is zero here: the equilibrium lies on the boundary of two modes."""
@@ -192,12 +221,19 @@ class Equilibrium(Content, Notebook, Motion):
     @property
     def message(self) -> str:
         """The status as a sentence, with the interval of a continuum, and what lies on a boundary."""
-        text = self.status.sentence
+        text, n = self.status.sentence, self.scene.n
+        if n == 0 and self._failed is None:
+            of = repr(next(iter(self.contacts.values())))
+            text = {"regular": f"The field of mode {of} vanishes here",
+                    "pseudo": f"The fields on both sides of the surface of mode {of} cancel here",
+                    "boundary": f"The field of mode {of} vanishes on a surface where the mode ends"}[self.kind]
+            text += (", where the mode does not hold: it is virtual, no motion rests here." if self.virtual else
+                     "; it is one of a continuum." if len(self.continuum) else ".")
         if not self.success:
             return text
-        n = self.scene.n
         for place, (low, high) in self.intervals.items():
-            text += f" {'Coordinate' if place < n else 'State'} {place} may stand in [{low:.6g}, {high:.6g}]."
+            name = self.system.states[place] if n == 0 else f"{'Coordinate' if place < n else 'State'} {place}"
+            text += f" {name} may stand in [{low:.6g}, {high:.6g}]."
         if self.on_boundary:
             text += (f" It lies on the boundary of two modes of {', '.join(self.on_boundary)}: its eigenvalues are those of one "
                      "side, they do not decide stability.")
@@ -267,7 +303,7 @@ class Equilibrium(Content, Notebook, Motion):
         Parameters
         ----------
         dof : int
-            Coordinate whose amplitude r is meant; l1 scales with it, its sign does not.
+            Coordinate (of a system of first order: state) whose amplitude r is meant; l1 scales with it, its sign does not.
 
         Raises
         ------
@@ -278,7 +314,8 @@ class Equilibrium(Content, Notebook, Motion):
         ----------
         Y. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), eqs. 3.18 and 5.39.
         """
-        return lyapunov_coefficient(self, whole("lyapunov_coefficient", "dof", dof, least=0, most=self.system.n - 1))
+        most = (self.system.n or self.scene.ns) - 1
+        return lyapunov_coefficient(self, whole("lyapunov_coefficient", "dof", dof, least=0, most=most))
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
@@ -293,8 +330,12 @@ class Equilibrium(Content, Notebook, Motion):
 
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
-        where = np.array2string(self._state[:self.scene.n], precision=8, threshold=6)
-        return f"Equilibrium(q={where}, {stable}, {self.status})"
+        where = np.array2string(self._state[:self.scene.n or None], precision=8, threshold=6)
+        if self.scene.n:
+            return f"Equilibrium(q={where}, {stable}, {self.status})"
+        words = ("virtual " if self.virtual else "") + (self.kind if self._failed is None else str(self.status))
+        of = next(iter(self.contacts.values()))
+        return f"Equilibrium({where}, {words}, of {of!r}, {stable})"
 
 
 @checked()
@@ -304,9 +345,9 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     Parameters
     ----------
     system : System
-    guess : array (n,), (2 n,) or (ns,), Equilibrium, or None
-        Positions or a state near it (None: zero).  Where states of rest form a continuum the one nearest to the guess is
-        given.
+    guess : array (n,), (2 n,) or (ns,), dict, Equilibrium, or None
+        Positions or a state near it (None: zero), or its components by name.  Where states of rest form a continuum the one
+        nearest to the guess is given.
 
     Returns
     -------
@@ -328,9 +369,6 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     if system.omega is not None:
         raise ValueError(f"{system!r} has an excitation of frequency {system.omega:g} and no state of rest; "
                          "find_orbit gives its motion")
-    if system.n == 0:
-        raise ValueError(f"find_equilibrium: system = {system!r} is not allowed; of a system of first order piecewise.equilibria "
-                         "gives all states of rest")
     scene = scene_of(system)
     y = _guess(scene, guess)
     tried: set[tuple[int, int]] = set()
@@ -356,7 +394,18 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
                 waiting[:0] = [(m, start) for m in after if m is not None for start in (-1, mode)]
             if not len(rest[1]):
                 break
-    return refused or Equilibrium(system, _first(scene, y)[0], y, EquilibriumStatus.NOT_FOUND)
+    return refused or Equilibrium(system, next(scene.start_modes()), y, EquilibriumStatus.NOT_FOUND)
+
+
+def equilibria_of(system: System, modes) -> tuple[Equilibrium, ...]:
+    """Return the equilibria that stand alone of modes by their keys, one a mode at most, whether the mode holds there or not."""
+    scene, found = scene_of(system), []
+    for mode in map(scene.index, modes):
+        rest = solved(scene, mode, np.zeros(scene.ns), False)
+        made = None if rest is None else Equilibrium(system, mode, rest[0], depths=rest[1])
+        if made is not None and not len(made.continuum):
+            found.append(made)
+    return tuple(found)
 
 
 def resting(found: Equilibrium) -> Equilibrium:
@@ -384,10 +433,11 @@ def _guess(scene: Scene, guess) -> np.ndarray:
     if guess is None:
         given = np.zeros(scene.ns)
     else:
-        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else floats(guess)
+        given = (guess.state if isinstance(guess, (Equilibrium, Orbit)) else start_of(scene, "guess", guess)
+                 if isinstance(guess, Mapping) else floats(guess))
     if given is None:
         raise refused("find_equilibrium", "guess", guess, "positions, a state, an Equilibrium or an orbit")
-    if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
+    if given.shape not in {(scene.n or scene.ns,), (2 * scene.n or scene.ns,), (scene.ns,)}:
         raise ValueError(f"guess has shape {given.shape}; it must be ({scene.n},) positions, or a state ({scene.ns},)")
     if not np.isfinite(given).all():
         raise refused("find_equilibrium", "guess", guess, "finite")
@@ -404,7 +454,8 @@ def _first(scene: Scene, y) -> list[int]:
     found = []
     x = np.append(y, [1.0])
     try:
-        found = [settle.start(scene, x)[0]]
+        first = settle.start(scene, x)[0]
+        found = [first] if scene.ending(first) is None else []
     except (settle.Penetration, settle.Inconsistent):
         pass  # the guess is beyond a surface, an equilibrium need not be
     return [*found, *scene.start_modes()]

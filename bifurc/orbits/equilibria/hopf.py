@@ -19,9 +19,6 @@ IMAGINARY = 1e-5  # real over imaginary part of the pair at a Hopf point, at mos
 
 def lyapunov_coefficient(equilibrium, dof: int) -> float:
     """Return l1 in the amplitude of coordinate ``dof``, see `Equilibrium.lyapunov_coefficient`."""
-    scene = equilibrium.scene
-    if not (isinstance(dof, (int, np.integer)) and 0 <= dof < scene.n):
-        raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {scene.n - 1}")
     A, Z, read = equilibrium._small
     omega, q, p = critical_pair(A)
     y = equilibrium.state

@@ -69,9 +69,10 @@ class Equations:
         self.scene, self.path, self.signature = scene, path, signature
         self.weights = np.ascontiguousarray(weights, float)
         self.size = signature.nodes.size // signature.nodes.shape[1] * (1 + scene.ns)
-        sizes = np.concatenate([[0.25], GROWTH * self.weights])
-        self.scale = np.append(np.tile(sizes, len(signature.nodes)), parameter_scale)
-        self.scale[:-1] *= np.sqrt(len(signature.nodes))
+        self.scale = np.full(self.size + 1, float(parameter_scale))
+        node = self.scale[:-1].reshape(len(signature.nodes), -1)
+        node[:, 0], node[:, 1:] = 0.25, GROWTH * self.weights
+        node *= np.sqrt(len(node))
         self.labels = signature.labels(scene)
         self.closure = signature.closing(self.labels)
         self.kernel = kernels(scene, sequence.__name__)
@@ -136,7 +137,9 @@ class Equations:
 
     def _heard(self, read, kernel, *given):
         """Return what a kernel does with the tables; it ends early where a signal asks and NaN stands in the arrays ``read``."""
-        return interruptible(self.size >= MANY, partial(spoil, read), kernel, self.path.tables, self._data, *given)
+        if self.size < MANY:
+            return kernel(self.path.tables, self._data, *given)
+        return interruptible(True, partial(spoil, read), kernel, self.path.tables, self._data, *given)
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""

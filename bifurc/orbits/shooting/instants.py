@@ -24,8 +24,9 @@ def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=
     nodes, rows = over(scene, nodes, np.reshape(U, (len(nodes), -1)).copy(), span)
     nodes, rows = without_implied(scene, nodes, rows, span)
     first = next((k for k, node in enumerate(nodes) if node[DIVIDE] != TOGETHER), 0) if span else 0
-    rows[:first, 0] += span
-    nodes, rows = np.roll(nodes, -first, axis=0), np.roll(rows, -first, axis=0)
+    if first:
+        rows[:first, 0] += span
+        nodes, rows = np.roll(nodes, -first, axis=0), np.roll(rows, -first, axis=0)
     together = [k for k in range(1, len(nodes)) if nodes[k, DIVIDE] == TOGETHER]
     changed = bool(together)
     while changed:  # neighbours that change places: an instant has few events

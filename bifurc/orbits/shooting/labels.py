@@ -49,8 +49,8 @@ class Labels(Content):
         """The states (indices) that are free beside them."""
         return np.setdiff1d(np.arange(self.rows.shape[1]), self.places)
 
-    def names(self, n: int) -> list[str]:
-        """Return them in words; ``n`` is the number of coordinates.
+    def names(self, n: int, states=()) -> list[str]:
+        """Return them in words; ``n`` is the number of coordinates, ``states`` see `System.states`.
 
         Examples
         --------
@@ -59,7 +59,8 @@ class Labels(Content):
         """
         found = []
         for row in self.rows.tolist():
-            terms = [(factor, f"coordinate {c}" if c < n else f"memory {c - 2 * n}") for c, factor in enumerate(row) if factor]
+            terms = [(factor, states[c] if states else f"coordinate {c}" if c < n else f"memory {c - 2 * n}")
+                     for c, factor in enumerate(row) if factor]
             parts = [f"{'-' if factor < 0 else '+'} {'' if abs(factor) == 1.0 else f'{abs(factor):.6g} '}{word}"
                      for factor, word in terms]
             found.append(" ".join(parts).removeprefix("+ "))

@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...compose.jointly import FIRST
 from ...compose.tables import ORDER
+from ...elements.friction.joint import Joint
 from .sequence import AFTER, BEFORE, GUARD, STARTS
 
 SAMPLES = 6  # states at which the two conditions are compared
@@ -66,10 +68,10 @@ def tried_before(scene, before, guard, after) -> list[Earlier]:
             if mode == after or listed and not joined:
                 break
             if mode != before and scene.tables.n_holds[mode] and not closes(scene, before, guard, mode, joined):
-                gripping = held(scene, mode) - held(scene, before) if joined else {owner.element}
-                found += [Earlier(0, mode, tuple(g for e in sorted(gripping) for g in scene.guards_of(mode, e)),
-                                  takes_over=owner.element not in gripping),
-                          *relieved(scene, 0, owner.element, mode)]
+                jointly = isinstance(key, Joint)  # others of a facet, that let go with it in the listed mode
+                gripping = held(scene, mode) - held(scene, after if jointly else before) if joined else {owner.element}
+                found += [Earlier(0, mode, limits(scene, mode, gripping), takes_over=owner.element not in gripping),
+                          *(one for one in relieved(scene, 0, owner.element, mode) if one.mode != after)]
         if listed:
             break
     return found
@@ -78,6 +80,13 @@ def tried_before(scene, before, guard, after) -> list[Earlier]:
 def held(scene, mode) -> set[int]:
     """Return the elements that hold rows in a mode."""
     return {scene.hold_element(mode, k) for k in range(scene.tables.n_holds[mode])}
+
+
+def limits(scene, mode, elements) -> tuple[int, ...]:
+    """Return the guards of some elements in a mode, and those that they have jointly with others."""
+    owners = [scene.guard(mode, g) for g in range(int(scene.tables.n_guards[mode]))]
+    return tuple(g for g, (e, number, guard) in enumerate(owners)
+                 if e in elements or number >= FIRST and any(other in elements for other, _ in guard.then[0].changes))
 
 
 def closes(scene, before, guard, mode, joined) -> bool:
@@ -117,7 +126,7 @@ def let_go(scene, i, element, before, after) -> list[Earlier]:
     if mode is None or mode == after:
         return []
     gone = held(scene, mode) - held(scene, after) - {element}
-    guards = tuple(q for other in sorted(gone) for q in scene.guards_of(mode, other))
+    guards = limits(scene, mode, gone)
     return [Earlier(i, mode, guards)] if guards else []
 
 
@@ -198,14 +207,12 @@ class Refusal:
         orders = [(q, -int(start)) for q, start in enumerate(node[STARTS:]) if start < 0]
         if not orders and not one.takes_over:
             return True
-        values, rates = [], []
-        rng = np.random.default_rng(1)
-        rows = T.H[one.mode, :int(T.n_holds[one.mode]), :e.weights.size]
-        put_to_rest = np.linalg.pinv(rows) @ T.H[one.mode, :len(rows)]
-        for _ in range(SAMPLES):
-            x = np.concatenate([e.weights * rng.standard_normal(e.weights.size), e.scene.forcing(rng.uniform(0.0, 6.0, 1))[0]])
-            x[:e.weights.size] -= put_to_rest @ x  # on what the earlier mode would hold
-            a = np.empty(ORDER + 1)
+        values, rates, a = [], [], np.empty(ORDER + 1)
+        rng, ns = np.random.default_rng(1), e.weights.size
+        rows = T.H[one.mode, :int(T.n_holds[one.mode])]
+        states = np.hstack([e.weights * rng.standard_normal((SAMPLES, ns)), e.scene.forcing(rng.uniform(0.0, 6.0, SAMPLES))])
+        states[:, :ns] -= np.linalg.lstsq(rows[:, :ns], rows @ states.T)[0].T  # on what the earlier mode would hold
+        for x in states:
             rates.append([self._rate(T, int(node[AFTER]), q, order, x, a) for q, order in orders])
             if one.takes_over:
                 rates[-1].append(float(e.kernel.guard_value(T, *event, x)))

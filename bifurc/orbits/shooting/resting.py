@@ -55,10 +55,10 @@ def middle(orbit) -> dict[int, float]:
     """Return how far every memory of the family (index) has to move for the guards on its two sides to be equally near, by the
     tangents at the orbit: in affine scenes the middle of its interval.  Empty where there is no memory, or one has no end on a
     side."""
-    family = Family(orbit)
     kept = [c for c in orbit.family if c >= 2 * orbit.scene.n]
     if not kept:
         return {}
+    family = Family(orbit)
     slopes = np.array([family.slopes(c) for c in kept]).T
     rows, away = [], []
     for rates in slopes.T:

@@ -180,7 +180,7 @@ def _plane(system, t, y, dof, events=()) -> tuple[np.ndarray, tuple[str, str]]:
         n = y.shape[1] // 2
         dof = whole("", "dof", dof, most=n - 1)
         return y[:, [dof, n + dof]].T, (style.component_label(dof, n), style.component_label(n + dof, n))
-    names = [name for element in system.elements for name in element.memory]
+    names = [style.component_label(k, 0, system.states) for k in range(len(system.states))]
     dof = whole("", "dof", dof, most=len(names) - 1)
     if len(names) > 1:
         other = (dof + 1) % len(names)

@@ -37,7 +37,9 @@ def test_limits_of_the_changes_on_both_sides_are_one(branch):
     limits = [c + (c - b)**2 / ((b - a) - (c - b)) for a, b, c in (below, above)]
     assert limits[0] == pytest.approx(limits[1], abs=AGREED)
     [last] = points[3:-3]
-    assert all(abs(last.parameter - limit) <= min(AGREED, last.error) for limit in limits) and last.error < 2e-7
+    unsure = abs(limits[0] - limits[1])  # of what three onsets in a row tell
+    off = [abs(last.parameter - limit) for limit in limits]
+    assert min(off) <= last.error < 2e-7 and max(off) <= min(AGREED, last.error + unsure)
 
 
 def test_changes_of_a_train_fall_with_the_restitution():

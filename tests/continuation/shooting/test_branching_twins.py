@@ -56,9 +56,24 @@ def test_the_measure_of_two_halves(span, rng):
     assert value(other) == pytest.approx(branching.half_difference(s, other, SCALE) @ difference / np.linalg.norm(difference))
 
 
+def test_halves_of_an_orbit_whose_period_is_unknown_have_periods_of_their_own(rng):
+    """The first time among the unknowns is the period: a doubled orbit is one of 2.3 and one of 2.5, from 0 and from 2.3."""
+    s, single = signature(0.0, clock=1.0), signature(0.0, clock=1.0, twice=False)
+    first, second = np.array([[2.3, 1.0, -2.0], [0.6, -0.5, 4.0]]), np.array([[2.5, 1.1, -2.1], [0.7, -0.4, 4.2]])
+    x = np.append(branching.joined(single, first.ravel(), second.ravel(), 0.0), 0.7)
+    np.testing.assert_allclose(x[:-1].reshape(4, 3)[:, 0], [4.8, 0.6, 2.3, 3.0], rtol=1e-15)
+    np.testing.assert_allclose(branching.parts(s, x, 0.0), [first.ravel(), second.ravel()], rtol=1e-14)
+    difference = (first - second).ravel() / SCALE[:6]
+    np.testing.assert_allclose(branching.half_difference(s, x, SCALE), difference, rtol=0, atol=1e-14)
+    row, constant = branching.halves(s, x, SCALE, None)
+    assert row @ x + constant == pytest.approx(np.linalg.norm(difference))
+    twice = np.append(branching.joined(single, first.ravel(), first.ravel(), 0.0), 0.9)
+    assert row @ twice + constant == pytest.approx(0.0, abs=1e-14)
+
+
 def test_orbits_that_are_no_doubled_ones_have_no_halves():
     x0 = doubled(FIRST, FIRST + 0.01)
-    for s in (signature(1.0), signature(3.0), signature(closure=-1), signature(clock=1.0),
+    for s in (signature(1.0), signature(3.0), signature(closure=-1),
               signature(nodes=[*NODE, [0, 1, 0, 0, 0], [0, 3, 1, 0, 0]], twice=False)):
         assert branching.halves(s, x0, SCALE, None) is None
     three = signature(nodes=[*NODE, NODE[0]], twice=False)
@@ -81,14 +96,15 @@ def test_where_the_halves_are_alike_what_leaves_tells_them_apart(rng):
 
 
 def test_directions_along_which_the_halves_come_apart(rng):
+    one = signature(nodes=NODE[:1])
     along, apart = rng.normal(size=3), rng.normal(size=3)
     same, other = np.concatenate([along, along, [0.5]]), np.concatenate([apart, -apart, [0.0]])
     given = np.array([same / np.linalg.norm(same), other / np.linalg.norm(other)])
-    np.testing.assert_array_equal(branching.splitting(given), given[1:])
-    np.testing.assert_array_equal(branching.splitting(given[::-1]), given[1:])
-    np.testing.assert_array_equal(branching.splitting(given[:1]), given[:1])  # none: all
+    np.testing.assert_array_equal(branching.splitting(one, given), given[1:])
+    np.testing.assert_array_equal(branching.splitting(one, given[::-1]), given[1:])
+    np.testing.assert_array_equal(branching.splitting(one, given[:1]), given[:1])  # none: all
     mixed = np.array([(given[0] + given[1]) / math.sqrt(2.0), given[0]])
-    np.testing.assert_array_equal(branching.splitting(mixed), mixed[:1])
+    np.testing.assert_array_equal(branching.splitting(one, mixed), mixed[:1])
 
 
 def test_a_difference_that_turns_is_told_from_one_that_passes_zero():
@@ -253,7 +269,7 @@ def test_what_branches_off_is_told_by_the_kind(monkeypatch):
     kinds = SpecialPointKind
 
     def asked(kind, closure=1, clock=0.0, directions=None):
-        problem = SimpleNamespace(sequence=SimpleNamespace(closure=closure, clock=clock))
+        problem = SimpleNamespace(sequence=SimpleNamespace(closure=closure, clock=clock, events=0))
         return branching.branches(problem, SimpleNamespace(kind=kind, directions=directions), 5)
     assert asked(kinds.PERIOD_DOUBLING) == "doubled" and asked(kinds.GRAZING) == ("graze", 5)
     assert asked(kinds.BRANCH_POINT, -1) == "symmetry_broken" == asked(kinds.BRANCH_POINT, -1, directions=np.eye(2))
