@@ -580,8 +580,8 @@ class Half:
         if along:  # dp/ds so near to the beginning is rounding
             tests[0] = 0.0
         first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
-        successor.born = detect.born_on(first, along)
-        cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first))
+        successor.born = min(successor.boundary, key=lambda j: abs(tests[j]), default=-1)
+        cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first, along))
         self.drop_beside(row, cut.special, 0.0 if problem.placed is None else abs(float(x[-1]) - row.p))
         self.parts.append(successor)
         self.rows.append(first)

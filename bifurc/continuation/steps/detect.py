@@ -160,6 +160,8 @@ def boundary(half, row, new):
     part = row.part
     if not part.boundary:
         return None, None
+    if part.born > 0 and begins(half):
+        part.born = born_on(row, new, row.s - half.rows[-2].s if len(half.rows) > 1 else 0.0)
     cut = None
     for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
         end = new if cut is None else cut.row
@@ -253,13 +255,13 @@ def crossed(half, row, new, cut):
         return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
     found = []
     crossing = None
-    begins = len(half.rows) < 2 or half.rows[-2].part is not part
+    first = begins(half)
 
     def at_end(s):
         return at_boundary and beside_edge(new, row, cut.test, s, known_to(cut.special))
 
     def at_start(s):
-        return begins and (beside_edge(row, new, part.born, s, half.edge or AT_BOUNDARY) if part.born > 0
+        return first and (beside_edge(row, new, part.born, s, half.edge or AT_BOUNDARY) if part.born > 0
                            else abs(s - row.s) < AT_BOUNDARY)
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
             nearly_singular(half.rows, row, new.det_log, new.s - row.s) and not row.singular):
@@ -309,7 +311,7 @@ def crossed(half, row, new, cut):
         if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.apart)):
             half.slope = float(sign)
             continue
-        if j == 0 and part.born > 0 and (at_start(special.s) or begins and one_with(special, row, told_apart(half, row))):
+        if j == 0 and part.born > 0 and (at_start(special.s) or first and one_with(special, row, told_apart(half, row))):
             half.signs[0] = 0
             continue
         if j == 0:
@@ -539,9 +541,9 @@ def sampled_error(part, c, root, j, curve=None):
     return along + 0.5 * bend * place**2 + root.p_noise + 1e-15 * (abs(float(c.x[-1])) + p_scale)
 
 
-def error_behind(special, bound, first) -> float:
+def error_behind(special, bound, first, along) -> float:
     """Bound on the error of the parameter of a boundary, own units: its own ``bound``, and what the equations behind it tell, which
-    begin there with the row ``first``.
+    begin there, a length ``along`` before their row ``first``.
 
     Equations may be singular on their boundary, as where several events end at once, and those behind it not: what is known
     better counts.  Two that contradict each other are off by as much; they do not where the test behind, which may be flat there,
@@ -551,43 +553,50 @@ def error_behind(special, bound, first) -> float:
     if part.problem.free > special.part.problem.free:  # one of many motions: each has its own place
         return own
     try:
-        beyond = None if part.born == 0 else row_ahead(first)
+        beyond = row_ahead(first) if part.boundary else None
         if beyond is None:
             return own
-        curve = Curve(first, beyond)
-        root = polish(curve.test(part.born), 0.0, first.tests[part.born], None)
+        curve, born = Curve(first, beyond), born_on(first, beyond, along)
+        root = polish(curve.test(born), 0.0, first.tests[born], None)
         if root is None:
             return own
-        behind = parameter_error(part, root.point, root, part.born, curve)
+        behind = parameter_error(part, root.point, root, born, curve)
     except part.problem.errors:
         return own
     apart = abs(float(root.point.x[-1] - special.x[-1]))
-    known = min(own, apart + behind) if apart <= own + behind or zero_there(special, part, root, curve) else apart + behind
+    known = min(own, apart + behind) if apart <= own + behind or zero_there(special, part, root, born, curve) else apart + behind
     # what neither side lists, as the last impacts of a complete chattering, both may not see
     return max(known, *(problem.uncertainty(c.x, c.tangent) for problem, c in (
         (special.part.problem, special.corrected), (part.problem, root.point))))
 
 
-def born_on(first, along) -> int:
-    """Return the boundary test that is zero where equations begin, a length ``along`` before their row ``first``; -1 without one.
+def begins(half) -> bool:
+    """Whether the last row is the first of its equations."""
+    return len(half.rows) < 2 or half.rows[-2].part is not half.rows[-1].part
 
-    Of several that are zero there one that is zero by itself, ahead as well, tells nothing.
+
+def born_on(first, ahead, along) -> int:
+    """Return the boundary test that is zero where equations begin, a length ``along`` before their row ``first``.
+
+    Of several that are zero there one that is zero by itself, at a row ``ahead`` as well, tells nothing.
     """
     part = first.part
     order = sorted(part.boundary, key=lambda j: abs(first.tests[j]))
-    if len(order) > 1 and part.touch < math.inf and (along or abs(first.tests[order[1]]) <= part.touch):
-        ahead = row_ahead(first)
-        told = [j for j in order if ahead is not None and max(abs(first.tests[j]), abs(ahead.tests[j])) > ROUNDED]
-        order = told or order
-    return order[0] if order else -1
+    if part.touch < math.inf:
+        for j in order:
+            if not along and abs(first.tests[j]) > part.touch:
+                break
+            if max(abs(first.tests[j]), abs(ahead.tests[j])) > ROUNDED:
+                return j
+    return order[0]
 
 
-def zero_there(special, part, root, curve) -> bool:
-    """Whether the test behind a boundary is zero to its rounding at the parameter of the boundary, as at its own ``root``."""
+def zero_there(special, part, root, born, curve) -> bool:
+    """Whether the test ``born`` behind a boundary is zero to its rounding at the parameter of the boundary, as at its own ``root``."""
     rate = float(part.scale[-1] * root.point.tangent[-1]) * curve.length
     if not abs(rate) > 0.0:
         return False
-    made = curve.test(part.born)(root.at + float(special.x[-1] - root.point.x[-1]) / rate)
+    made = curve.test(born)(root.at + float(special.x[-1] - root.point.x[-1]) / rate)
     return made is not None and abs(made[0]) <= part.problem.test_uncertainty(made[1])
 
 
