@@ -592,7 +592,7 @@ def born_on(first, ahead, along) -> int:
 
 
 def zero_there(special, part, root, born, curve) -> bool:
-    """Whether the test ``born`` behind a boundary is zero to its rounding at the parameter of the boundary, as at its own ``root``."""
+    """Whether the test ``born`` behind a boundary is zero to its rounding at the boundary's parameter, as at its own ``root``."""
     rate = float(part.scale[-1] * root.point.tangent[-1]) * curve.length
     if not abs(rate) > 0.0:
         return False
