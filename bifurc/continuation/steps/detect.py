@@ -678,7 +678,7 @@ def number_error(part, c, root, j, length):
 
     The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero, or are not
     known there: where it moves far the opposite change is asked too, and the lesser way is that in proportion.  Where neither is
-    known, nor is the error.
+    known, nor is the error; a change with which no solution is found so near tells nothing.
     """
     size, pairs = part.problem.shaken()
     found = 0.0
@@ -686,13 +686,14 @@ def number_error(part, c, root, j, length):
         answers = []
         for make in pair:
             made = make().correct(c.x, c.tangent)
-            late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope if made.converged else math.inf
-            if abs(late) < math.inf:
-                moved = float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])
-                answers.append((abs(late), abs(moved)))
+            if not made.converged:
+                continue
+            late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope
+            moved = float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])
+            answers.append((abs(late), abs(moved)) if abs(late) < math.inf else (math.inf, math.inf))
             if abs(late) < LATE:
                 break
-        found = max(found, min(answers)[1] if answers else math.inf)
+        found = max(found, min(answers, default=(0.0, 0.0))[1])
     return FLOW / size * found
 
 
