@@ -130,7 +130,8 @@ def record(system: Any, parameter: str, branches: Sequence[Any], files: Sequence
         {"file": file, "rows": len(branch.column("s")),
          "from": float(branch.column(parameter).min()), "to": float(branch.column(parameter).max()),
          "ends": [str(item) for item in branch.stop_reason],
-         "special_points": [{"kind": str(point.kind), "name": point.name, "parameter": point.parameter, "error": point.error,
+         "special_points": [{"kind": str(point.kind), "name": point.name, "parameter": point.parameter,
+                             "error": point.error if math.isfinite(point.error) else None,
                              "reverses": point.reverses, "status": str(point.status)} for point in branch.special_points]}
         for file, branch in zip(files, branches, strict=True)]}
 

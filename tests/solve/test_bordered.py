@@ -2,7 +2,18 @@
 import numpy as np
 import pytest
 
-from bifurc.solve.bordered import LARGE, across, factor, kernel, least_ratio, least_solution, null_vectors, solve_factored
+from bifurc.solve.bordered import (
+    LARGE,
+    Factors,
+    across,
+    factor,
+    few,
+    kernel,
+    least_ratio,
+    least_solution,
+    null_vectors,
+    solve_factored,
+)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 20])
@@ -100,3 +111,48 @@ def test_the_least_solution_has_no_part_along_the_kernel(n, lost):
     x = least_solution((left * sizes) @ right[:n], left @ parts)
     expected = np.divide(parts, sizes, out=np.zeros(n), where=sizes > 0.0)
     assert right @ x == pytest.approx(np.append(expected, 0.0), abs=1e-9)
+
+
+def chain_of(n, rng, lost=1.0):
+    """Return a wide matrix (n, n + 1) with few entries, as of a long sequence of events: each row knows neighbours round a circle,
+    and the parameter.  With ``lost`` the difference of its last two rows is that part of a row."""
+    wide = np.zeros((n, n + 1))
+    for i in range(n):
+        wide[i, (i + np.arange(-2, 3)) % n] = rng.standard_normal(5)
+    wide[:, -1] = rng.standard_normal(n)
+    if lost < 1.0:
+        wide[-1] = wide[-2] + lost * wide[-1]
+    return wide
+
+
+@pytest.mark.parametrize("n", [LARGE, LARGE + 133])
+def test_a_large_matrix_with_few_entries_has_the_same_factors(n, rng):
+    matrix = np.vstack([chain_of(n, rng), rng.standard_normal(n + 1)])
+    made, inverse, right = Factors(matrix), np.linalg.inv(matrix), rng.standard_normal((n + 1, 2))
+    assert few(matrix) and not few(matrix[:20, :20])
+    np.testing.assert_allclose(made.solve(right), inverse @ right, atol=1e-9 * np.abs(inverse).max())
+    np.testing.assert_allclose(made.solve(right[:, 0], True), inverse.T @ right[:, 0], atol=1e-9 * np.abs(inverse).max())
+    sizes = rng.uniform(0.0, 1.0, n + 1)
+    exact = (np.abs(inverse) @ sizes).max()
+    assert 0.3 * exact <= made.largest(sizes) <= (1.0 + 1e-9) * exact
+    small = Factors(matrix[:4, :4])
+    assert small.largest(sizes[:4]) == pytest.approx((np.abs(np.linalg.inv(matrix[:4, :4])) @ sizes[:4]).max(), rel=1e-9)
+    matrix[3] = 0.0
+    with pytest.raises(np.linalg.LinAlgError):
+        Factors(matrix)
+
+
+@pytest.mark.parametrize("n", [LARGE, LARGE + 133])
+@pytest.mark.parametrize("lost", [1.0, 1e-3, 1e-9, 0.0])
+def test_of_a_large_matrix_with_few_entries_the_kernel_is_that_of_singular_values(n, lost, rng):
+    wide = chain_of(n, rng, lost)
+    _, sizes, rows = np.linalg.svd(wide)
+    found = kernel(wide, 1e-5)
+    assert few(wide) and len(found) == (1 if sizes[-1] > 1e-5 * sizes[-2] else 2)
+    assert np.linalg.norm(rows[-len(found):] @ found[-1]) == pytest.approx(1.0, abs=1e-12)
+    right = wide @ rng.standard_normal(n + 1)
+    x = least_solution(wide, right)
+    assert wide @ x == pytest.approx(right, abs=1e-9 * np.abs(right).max())
+    if lost > 1e-6:
+        assert x == pytest.approx(np.linalg.lstsq(wide, right, rcond=1e-13)[0], abs=1e-8 * np.abs(x).max())
+        assert abs(x @ found[-1]) < 1e-9 * np.linalg.norm(x)

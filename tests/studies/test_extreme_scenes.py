@@ -95,10 +95,13 @@ def test_what_differs_is_seen():
     row, (s, _) = extreme_scenes.Compared(0), extreme_scenes.scene(7)
     times = np.linspace(0.0, 1.0, 5)[1:] * 3.0 * 2.0 * np.pi / s.omega
     true, ignored = extreme_scenes.followed(s, times)[:2]
-    extreme_scenes.judge_states(row, s, true.astype(float), true, ignored, [true], 1)
-    assert row.verdict == "agrees" and row.compared == 4
-    extreme_scenes.judge_states(row, s, true.astype(float) * (1.0 + 1e-6), true, ignored, [true], 1)
-    assert row.verdict == "differs"
+    states = true.astype(float)
+    room = extreme_scenes.FACTOR * ignored + extreme_scenes.FLOOR * np.abs(states).max(axis=0)  # of rounding
+    assert np.all(room <= 1e-6 * np.abs(states).max(axis=0))
+    for off, verdict in ((0.0, "agrees"), (0.9, "agrees"), (1.1, "differs")):
+        row = extreme_scenes.Compared(0)
+        extreme_scenes.judge_states(row, s, states + off * room, true, ignored, [true], 1)
+        assert row.verdict == verdict and (row.compared == 4 or off > 1.0)
     row, quiet = extreme_scenes.Compared(0), scene([[1.0]], [[1.0]], (), [1.0], [0.0])
     extreme_scenes.judge_energy(row, quiet, np.array([[0.0, 1.0], [0.0, 1.01]]), 1)
     assert row.verdict == "gains energy"

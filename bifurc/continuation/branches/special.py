@@ -27,7 +27,7 @@ class SpecialPoint(Content, Notebook):
         Value of the parameter, own units.
     error : float
         Bound on the distance of ``parameter`` to the true value, own units: final bracket, measured noise of the test
-        and of the corrector, and their effect on the parameter; found when first asked for.
+        and of the corrector, and their effect on the parameter; inf where it is not known; found when first asked for.
     s : float
         Arclength, scaled unknowns.
     bracket : tuple of float

@@ -77,11 +77,14 @@ class CurveProblem(Problem):
         monitors = [Monitor(SpecialPointKind.EXTREMUM, base.parameter, odd=True)]
         if kind is SpecialPointKind.PEAK:
             monitors.append(Monitor(SpecialPointKind.EXTREMUM, name, odd=True))
-        # a graze that is followed as a listed event is also the touch of an unlisted one: what is zero with it is no boundary
+        # a graze that is followed as a listed event is also the touch of an unlisted one: what is zero with it is no boundary; but
+        # the maximum behind a reversal whose rate is followed begins beside the curve, and is zero on that side only, by rounding
         still = self._followed >= 0 and function is None
         own = base.monitor_values(self.x0[:-2], float(self.x0[-2]), np.zeros(self.x0.size - 1)) if still else ()
+        turns = still and base.monitors[self._followed].name == LEAVING
         self._inherited = [k for k, monitor in enumerate(base.monitors) if monitor.boundary
-                           and not (still and (k == self._followed or monitor.kind == kind or abs(own[k]) <= ALONG))]
+                           and not (still and (k == self._followed or monitor.kind == kind or abs(own[k]) <= ALONG
+                                               and not (turns and monitor.name == UNLISTED)))]
         self._walls = [k for k in (0, 1) if math.isfinite(bounds_a[k])]
         for k in self._inherited:
             monitors.append(base.monitors[k])

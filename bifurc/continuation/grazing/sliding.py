@@ -63,11 +63,13 @@ def _of_touch(problem, x):
     if at < 0:
         return None
     mode = int(s.nodes[at, AFTER])
-    element = scene.guard(mode, guard).element
+    element, rows = scene.guard(mode, guard).element, x[:-1].reshape(len(s.nodes), -1)
     if not _sticks(scene, mode, element):
         follows = [m for m in scene.expand(mode, guard).then[mode, guard].tolist() if m >= 0 and m != mode]
-        return SlidingClass.GRAZING if any(_sticks(scene, m, element) for m in follows) else None
-    rows = x[:-1].reshape(len(s.nodes), -1)
+        own = s.nodes[at, GUARD] >= 0 and scene.guard(*s.nodes[at, :AFTER].tolist()).element == element
+        turns = own and abs(info[sequence.PEAK_TIME] - rows[at, 0]) <= NEAR  # at the instant of the reversal that it begins with
+        found = SlidingClass.CROSSING if turns else SlidingClass.GRAZING
+        return found if any(_sticks(scene, m, element) for m in follows) else None
     return SlidingClass.SWITCHING if info[sequence.PEAK_TIME] == rows[at, 0] else SlidingClass.ADDING
 
 

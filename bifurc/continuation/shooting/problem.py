@@ -25,7 +25,7 @@ from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, kept, of_
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, at_limits, divided, repeated, sections, since
-from ...solve.bordered import kernel
+from ...solve.bordered import Factors, kernel
 from ...solve.steprun import SIZE, run_of
 from ...structure.components import by_number, worded
 from ...system import System
@@ -358,19 +358,22 @@ class OrbitProblem(Problem):
         return FIRST_ORDER * rate * max(self._unlisted(at) for at in (x, *(c.x for c in beside)))
 
     def _incomplete(self, x, tangent) -> float:
-        """Return how far from ``x`` (n + 1,) the parameter is of an orbit whose impacts are over before the stop lets go.
+        """Return how far from ``x`` (n + 1,) the parameter is of an orbit whose impacts are over before the stop lets go; inf where
+        none is found, as of a parameter that does not move what chatters.
 
         The acceleration falls to zero over the rest.  Impacts that it would end within a quarter of the rest, were it constant,
         last at most twice as long; where the listed ones leave nothing of the rest, the others have no end.
         """
         def over(at):
             return self._resting(at)[1] > 4.0 * self._unlisted(at)
-        for away in () if over(x) else AWAY * 2.0**np.arange(-20, 20):
+        if over(x):
+            return 0.0
+        for away in AWAY * 2.0**np.arange(-20, 20):
             beside = [self.correct(x + way * away * self.scale * tangent, tangent) for way in (-1.0, 1.0)]
             found = [abs(c.p - float(x[-1])) for c in beside if c.converged and over(c.x)]
             if found:
                 return min(found)
-        return 0.0
+        return math.inf
 
     def blur(self, found: Corrected) -> float:
         """See `Problem.blur`: at a given arclength, by the rounding of the flow."""
@@ -380,10 +383,9 @@ class OrbitProblem(Problem):
         """Return by how much rounding moves the solution ``x`` (n + 1,) across ``tangent``, scaled."""
         _, wide, rounded = self._linearised(x)
         try:
-            answers = np.linalg.inv(np.vstack([wide * self.scale, tangent]))[:, :-1]
+            return Factors(np.vstack([wide * self.scale, tangent])).largest(np.append(rounded, 0.0)) * OF_FLOW
         except np.linalg.LinAlgError:
             return math.inf
-        return float((np.abs(answers) @ rounded).max()) * OF_FLOW
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""

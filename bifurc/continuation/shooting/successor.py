@@ -27,7 +27,7 @@ from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.instants import in_order
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
 from ...orbits.shooting.signature import divided, repeated, sections, translated
-from ...solve.bordered import least_solution
+from ...solve.bordered import Factors, least_solution
 from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
 from . import autonomous
@@ -50,7 +50,7 @@ ROUNDING = 1e-12  # value of a monitor that tells nothing
 ZERO, FURTHER = 4.0 * EPS, 100.0  # of one that is zero but for rounding; how much farther away it is looked at again
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
-SECANTS = 60
+NEARBY, SECANTS = 1e-6, 60  # scaled length of a first secant; most of them
 HALVINGS = 30  # of the length in which a short validity ends
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
 ASTRAY = 0.5  # of a length along a direction, by which a solution may lie beside it
@@ -123,8 +123,10 @@ def successor(problem, point, through=False):
                 rank = preference(problem, point, *found, through)
                 if rank == BEST and signature.closure <= problem.sequence.closure:  # half a period may begin from another step
                     return found, search
-                done = _cycle(problem.scene, signature)
-                tried += [done, over_whole(done)] if signature.closure < 0 else [done]
+                tried.append(_cycle(problem.scene, signature))
+                if signature.closure < 0:  # listed over the whole period these are the same motions, wherever rounding begins them
+                    tried.append(over_whole(tried[-1]))
+                    spare = [other for other in spare if cycle(other[1][0]) != tried[-1]]
                 spare.append((rank, found))
     for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
         made = dropped(problem, point.x, near)
@@ -244,7 +246,8 @@ def determined(problem, c) -> bool:
     J = np.column_stack(problem.jacobian(x[:-1], x[-1]))
     noise = EPS * (np.abs(J[:, :n]) @ np.abs(x[:-1]))
     try:
-        moves = np.linalg.inv(np.vstack([J, c.tangent / problem.scale]))[:n:size, :n]  # of the times of events, by residual;
+        times = np.eye(n + 1)[:, :n:size]
+        moves = Factors(np.vstack([J, c.tangent / problem.scale])).solve(times, True)[:n].T.copy()  # of events, by residual;
     except np.linalg.LinAlgError:  # without a clock that of the period comes first
         return False
     s, U = problem.sequence.written_out(x[:-1])
@@ -755,7 +758,8 @@ def _first_valid(problem, x, p, step=None):
 
     The largest of the monitors has corners, beyond which one that is nearly flat may hide one that is zero nearby: the zeros of
     each are looked for as well; and that of the listed events is itself the largest of many, so those of every slow impact and
-    short interval.
+    short interval.  A guard that is zero by itself, as long as nothing moves what it watches, has a zero everywhere and begins
+    nothing.
     """
     keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
     tangent = problem.null_tangent(x)
@@ -777,8 +781,10 @@ def _first_valid(problem, x, p, step=None):
         value = None if values(s) is None else speeds(s)[i]
         return value if value is not None and math.isfinite(value) else None
 
-    tests = [lambda s, pick=pick: None if values(s) is None else float(pick(values(s)))
-             for pick in (np.max, *map(operator.itemgetter, range(len(keys))))]
+    pair = [values(0.0), values(step or NEARBY)]
+    left = [k for k in range(len(keys)) if any(pick is not None and abs(pick[k]) > ZERO for pick in pair)]
+    tests = [lambda s, pick=pick: None if values(s) is None else float(np.max(values(s)[pick]))
+             for pick in (left, *([k] for k in left)) if pick]
     tests += [functools.partial(event, i=i) for i, value in enumerate(listed_speeds(problem, x))
               if value is not None and abs(value) <= SLOW]
     found = []
@@ -803,7 +809,7 @@ def _zero(value, step):
     s0, f0 = 0.0, value(0.0)
     if f0 is None:
         return None
-    s1 = step or (1e-6 if abs(f0) < 1e-3 else 1e-4)
+    s1 = step or (NEARBY if abs(f0) < 1e-3 else 1e-4)
     f1 = value(s1)
     step = s1
     for _ in range(SECANTS):

@@ -317,7 +317,7 @@ class Half:
         low, high, room = self.options.low, self.options.high, 1e-12 * part.scale[-1]
         if low - room <= p <= high + room:  # whatever its error
             return False
-        room += float(error)
+        room += decides(error)
         return not low - room <= p <= high + room
 
     def accept_bound(self, row, beyond):
@@ -328,7 +328,7 @@ class Half:
     def bound_first(self, new, cut):
         """Whether a row lies on a bound, and a boundary of the equations on it too, to rounding: the branch ends on the bound."""
         return new.p in (self.options.low, self.options.high) and (
-            abs(cut.row.p - new.p) <= 1e-12 * new.part.scale[-1] + cut.special.error)
+            abs(cut.row.p - new.p) <= 1e-12 * new.part.scale[-1] + decides(cut.special.bound))
 
     def take(self, row, new, found):
         """Append an accepted row and its special points; ask the user's functions."""
@@ -567,7 +567,6 @@ class Half:
             if isinstance(answer, str):
                 return self.stop(StopReason.NO_SUCCESSOR, answer)
             problem, x, tangent = answer
-            born = [k for k, other in enumerate(problem.monitors) if other.boundary]
             successor = Part(problem, part.index + 1)
             tangent = np.asarray(tangent, float)
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
@@ -581,9 +580,8 @@ class Half:
         if along:  # dp/ds so near to the beginning is rounding
             tests[0] = 0.0
         first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
-        if born:
-            successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
-        cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first))
+        successor.born = min(successor.boundary, key=lambda j: abs(tests[j]), default=-1)
+        cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first, along))
         self.drop_beside(row, cut.special, 0.0 if problem.placed is None else abs(float(x[-1]) - row.p))
         self.parts.append(successor)
         self.rows.append(first)
@@ -596,7 +594,7 @@ class Half:
         off = problem.uncertainty(np.asarray(x, float), tangent)
         if off > 0.0:  # else nothing asks for the error yet; what both equations are off by is in it
             own = part.problem.uncertainty(cut.corrected.x, cut.corrected.tangent)
-            cut.special.bound = cut.special.error + max(off - own, 0.0)
+            cut.special.bound = cut.special.error + (off - own if off > own else 0.0)
         if problem.placed is not None:
             cut.special.x, cut.special.bound = np.append(cut.special.x[:-1], float(x[-1])), problem.placed
         kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
@@ -697,6 +695,12 @@ def raised(error) -> tuple[StopReason, float, str]:
     if isinstance(error, CallbackError):
         return StopReason.CALLBACK_FAILED, 0.25, str(error)
     return StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}"
+
+
+def decides(error) -> float:
+    """Return the error (as a float) of a value within which it counts as another one: none where that is not known."""
+    found = float(error)
+    return found if found < math.inf else 0.0
 
 
 def outward(row, options):

@@ -7,7 +7,7 @@ neither loses it nor counts it twice.
 One file, because every test of a step is bracketed, cut and polished by the same functions.
 """
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, SupportsFloat
@@ -19,7 +19,7 @@ from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
 from ...solve.zeros import SAFETY
 from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
-from ..problem import Corrected
+from ..problem import ROUNDED, Corrected
 from ..watching import bare
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
@@ -33,13 +33,14 @@ NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a bou
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ASIDE_NOISE, NOISE_AT = 1e-6, (1.0, 2.4, 4.0)  # arclength before a row, its multiples: there noise is looked up
+NARROW = 1e-12  # part of a step in which a leap is enclosed: no smaller one is told from rounding
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving, also where it jumps
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
-LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
+LATE = 1e-3  # part of a step: a zero that small changes of the numbers move by less the opposite ones move as far
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 STRAIGHT, AS_SAID = (1e-3, 1e-2, 0.1), 2.0  # parts of a step from a zero at which a test is a line; factor to what its slope says
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
@@ -52,8 +53,9 @@ SHORT = 1e-6  # step below which a sign change that cannot be polished is taken 
 
 @dataclass(slots=True, eq=False)
 class Found:
-    """A special point on the way; ``s`` and the bracket in the direction of travel, ``bound`` what gives its error as a float, and
-    ``reach`` the arclength to which the place of a flat test is known, where that is more than the bracket."""
+    """A special point on the way; ``s`` and the bracket in the direction of travel, ``bound`` what gives its error as a float,
+    ``own`` the part of it that others nearby do not share, and ``reach`` the arclength to which the place of a flat test is known,
+    where that is more than the bracket."""
 
     kind: SpecialPointKind
     name: str
@@ -72,11 +74,17 @@ class Found:
     corrected: Any = None
     recorded: dict | None = None
     reach: Any = 0.0
+    own: SupportsFloat | None = None
 
     @property
     def error(self) -> float:
         """Bound on the error of the parameter, own units."""
         return float(self.bound)
+
+    @property
+    def apart(self) -> float:
+        """Error of the parameter that special points nearby do not share, own units."""
+        return float(self.bound if self.own is None else self.own)
 
     @property
     def known(self) -> float:
@@ -152,6 +160,8 @@ def boundary(half, row, new):
     part = row.part
     if not part.boundary:
         return None, None
+    if part.born > 0 and begins(half):
+        part.born = born_on(row, new, row.s - half.rows[-2].s if len(half.rows) > 1 else 0.0)
     cut = None
     for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
         end = new if cut is None else cut.row
@@ -245,13 +255,13 @@ def crossed(half, row, new, cut):
         return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
     found = []
     crossing = None
-    begins = len(half.rows) < 2 or half.rows[-2].part is not part
+    first = begins(half)
 
     def at_end(s):
         return at_boundary and beside_edge(new, row, cut.test, s, known_to(cut.special))
 
     def at_start(s):
-        return begins and (beside_edge(row, new, part.born, s, half.edge or AT_BOUNDARY) if part.born > 0
+        return first and (beside_edge(row, new, part.born, s, half.edge or AT_BOUNDARY) if part.born > 0
                            else abs(s - row.s) < AT_BOUNDARY)
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
             nearly_singular(half.rows, row, new.det_log, new.s - row.s) and not row.singular):
@@ -298,10 +308,10 @@ def crossed(half, row, new, cut):
         if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
         # the parameter stands still where an event is born: whether it turns, both sides tell
-        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.bound)):
+        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.apart)):
             half.slope = float(sign)
             continue
-        if j == 0 and part.born > 0 and (at_start(special.s) or begins and one_with(special, row, 0.0)):
+        if j == 0 and part.born > 0 and (at_start(special.s) or first and one_with(special, row, told_apart(half, row))):
             half.signs[0] = 0
             continue
         if j == 0:
@@ -342,9 +352,15 @@ def tested(row, j, length):
     return tests_of(c)[j] if c.converged else None
 
 
-def one_with(special, edge, bound) -> bool:
-    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, known to a ``bound``."""
-    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + float(bound)
+def one_with(special, edge, apart) -> bool:
+    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, but for the errors that the
+    two do not share: ``apart`` that of the boundary."""
+    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.apart + apart
+
+
+def told_apart(half, row) -> float:
+    """Return by how much the parameter of a first ``row`` on a boundary differs from the one that the equations before it tell."""
+    return 0.0 if half.pending is None else abs(row.p - float(half.pending[1].x[-1]))
 
 
 def beside_edge(edge, inner, j, s, known) -> bool:
@@ -450,7 +466,38 @@ def zero_between(part, a, b, j):
         root = found[0]
     if root is None and j in part.boundary and fa * fb < 0.0:
         root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
+    elif root is not None and j in part.boundary and tests_of(root.point)[j] > part.touch and leaps(root, fa, fb):
+        root = at_leap(value, root, part.touch) or root  # what a touch of its boundary is not is no zero
     return located(part, a, b, j, curve, root)
+
+
+def leaps(root, fa, fb) -> bool:
+    """Whether most of the way of a test from ``fa`` to ``fb`` lies in what is left of its bracket round a root."""
+    return not root.settled and abs(root.slope) * (root.high - root.low) > 0.5 * (abs(fa) + abs(fb))
+
+
+def at_leap(value, root, touch):
+    """Return the `Root` where a test leaps to zero or from it, as the largest value of a guard does that begins to have one inside
+    of an interval; None where it leaps over zero, by more than a ``touch``.
+
+    Behind the leap the test may be zero with some power of the way, and its sign there rounding: which side a place is on the size
+    of the leap tells.  The point is that of the side on which the test is zero: there what begins is seen.
+    """
+    ends = value(root.low), value(root.high)
+    if None in ends:
+        return None
+    (below, _), (above, _) = ends
+    middle = 0.5 * (below + above)
+
+    def side(t):
+        made = value(t)
+        return None if made is None else (made[0] - middle, made[1])
+    made = bracketed(side, root.low, below - middle, root.high, above - middle, narrow=NARROW)
+    beside = [] if made is None else [(t, value(t)) for t in (made.low, made.high)]
+    if not beside or None in [found for _, found in beside]:
+        return None
+    at, (least, point) = min(beside, key=lambda item: abs(item[1][0]))
+    return replace(made, at=at, point=point) if abs(least) <= touch else None
 
 
 def located(part, a, b, j, curve, root):
@@ -461,7 +508,8 @@ def located(part, a, b, j, curve, root):
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
                  a.s + root.high * curve.length, Later(partial(parameter_error, part, c, root, j, curve)), part, corrected=c,
-                 reach=Later(lambda: curve.length * flat_to(part, c, root, j, curve)))
+                 reach=Later(lambda: curve.length * flat_to(part, c, root, j, curve)),
+                 own=Later(partial(sampled_error, part, c, root, j, curve)))
 
 
 def named(part, j, x):
@@ -473,24 +521,29 @@ def named(part, j, x):
 
 
 def parameter_error(part, c, root, j, curve=None):
-    """Bound on the error of the parameter at a root of test ``j`` on a curve, or on the tangent of a row, own units.
+    """Bound on the error of the parameter at a root of test ``j`` on a curve, or on the tangent of a row, own units: what is seen
+    there, and what probes as close as those of the root do not see, because they may all be off by the same."""
+    length = 1.0 if curve is None else curve.length
+    shared = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
+    return sampled_error(part, c, root, j, curve) + shared
+
+
+def sampled_error(part, c, root, j, curve=None):
+    """Bound on the part of `parameter_error` that special points nearby do not share.
 
     Probes as close as those of the root show a bend of the parameter that is nothing but noise where points are badly determined;
-    along a step it is not larger than that of its cubic.  And they may all be off by the same.
+    along a step it is not larger than that of its cubic.
     """
     p_scale = float(part.scale[-1])
-    p = abs(float(c.x[-1]))
-    length = 1.0 if curve is None else curve.length
     place = place_error(part, c, root, j, curve)
-    along = p_scale * abs(float(c.tangent[-1])) * length * place
+    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * place
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
-    own = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
-    return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+    return along + 0.5 * bend * place**2 + root.p_noise + 1e-15 * (abs(float(c.x[-1])) + p_scale)
 
 
-def error_behind(special, bound, first) -> float:
+def error_behind(special, bound, first, along) -> float:
     """Bound on the error of the parameter of a boundary, own units: its own ``bound``, and what the equations behind it tell, which
-    begin there with the row ``first``.
+    begin there, a length ``along`` before their row ``first``.
 
     Equations may be singular on their boundary, as where several events end at once, and those behind it not: what is known
     better counts.  Two that contradict each other are off by as much; they do not where the test behind, which may be flat there,
@@ -500,29 +553,50 @@ def error_behind(special, bound, first) -> float:
     if part.problem.free > special.part.problem.free:  # one of many motions: each has its own place
         return own
     try:
-        beyond = None if part.born == 0 else row_ahead(first)
+        beyond = row_ahead(first) if part.boundary else None
         if beyond is None:
             return own
-        curve = Curve(first, beyond)
-        root = polish(curve.test(part.born), 0.0, first.tests[part.born], None)
+        curve, born = Curve(first, beyond), born_on(first, beyond, along)
+        root = polish(curve.test(born), 0.0, first.tests[born], None)
         if root is None:
             return own
-        behind = parameter_error(part, root.point, root, part.born, curve)
+        behind = parameter_error(part, root.point, root, born, curve)
     except part.problem.errors:
         return own
     apart = abs(float(root.point.x[-1] - special.x[-1]))
-    known = min(own, apart + behind) if apart <= own + behind or zero_there(special, part, root, curve) else apart + behind
+    known = min(own, apart + behind) if apart <= own + behind or zero_there(special, part, root, born, curve) else apart + behind
     # what neither side lists, as the last impacts of a complete chattering, both may not see
     return max(known, *(problem.uncertainty(c.x, c.tangent) for problem, c in (
         (special.part.problem, special.corrected), (part.problem, root.point))))
 
 
-def zero_there(special, part, root, curve) -> bool:
-    """Whether the test behind a boundary is zero to its rounding at the parameter of the boundary, as at its own ``root``."""
+def begins(half) -> bool:
+    """Whether the last row is the first of its equations."""
+    return len(half.rows) < 2 or half.rows[-2].part is not half.rows[-1].part
+
+
+def born_on(first, ahead, along) -> int:
+    """Return the boundary test that is zero where equations begin, a length ``along`` before their row ``first``.
+
+    Of several that are zero there one that is zero by itself, at a row ``ahead`` as well, tells nothing.
+    """
+    part = first.part
+    order = sorted(part.boundary, key=lambda j: abs(first.tests[j]))
+    if part.touch < math.inf:
+        for j in order:
+            if not along and abs(first.tests[j]) > part.touch:
+                break
+            if max(abs(first.tests[j]), abs(ahead.tests[j])) > ROUNDED:
+                return j
+    return order[0]
+
+
+def zero_there(special, part, root, born, curve) -> bool:
+    """Whether the test ``born`` behind a boundary is zero to its rounding at the boundary's parameter, as at its own ``root``."""
     rate = float(part.scale[-1] * root.point.tangent[-1]) * curve.length
     if not abs(rate) > 0.0:
         return False
-    made = curve.test(part.born)(root.at + float(special.x[-1] - root.point.x[-1]) / rate)
+    made = curve.test(born)(root.at + float(special.x[-1] - root.point.x[-1]) / rate)
     return made is not None and abs(made[0]) <= part.problem.test_uncertainty(made[1])
 
 
@@ -602,18 +676,24 @@ def number_error(part, c, root, j, length):
     """Return what the rounding of the system's numbers, and of the flow that is made of them, does to the parameter at a root of
     test ``j``: an error which neighbouring points share, so that probes do not show it.
 
-    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero: an answer far
-    out of proportion tells nothing, and that to the opposite change is asked.
+    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero, or are not
+    known there: where it moves far the opposite change is asked too, and the lesser way is that in proportion.  Where neither is
+    known, nor is the error; a change with which no solution is found so near tells nothing.
     """
     size, pairs = part.problem.shaken()
     found = 0.0
     for pair in pairs:
+        answers = []
         for make in pair:
             made = make().correct(c.x, c.tangent)
-            late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope if made.converged else math.inf
+            if not made.converged:
+                continue
+            late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope
+            moved = float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])
+            answers.append((abs(late), abs(moved)) if abs(late) < math.inf else (math.inf, math.inf))
             if abs(late) < LATE:
-                found = max(found, abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
                 break
+        found = max(found, min(answers, default=(0.0, 0.0))[1])
     return FLOW / size * found
 
 

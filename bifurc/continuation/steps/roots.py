@@ -68,9 +68,9 @@ def enclose(f, a, fa, b, fb, guess=None):
     return box[zeros.AT], box[zeros.LEAST], points[box[zeros.AT]] if box[zeros.ASKED] else None
 
 
-def bracketed(f, a, fa, b, fb, jumps=True):
+def bracketed(f, a, fa, b, fb, jumps=True, narrow=NARROW):
     """Return the `Root` that halving a bracket leaves, where the test is too near to its rounding to be polished, as one is that is
-    zero with some power of the way; or None.
+    zero with some power of the way; or None.  Halved until it is ``narrow``.
 
     ``fa`` and ``fb`` have opposite signs.  The error is what is left of the bracket: its middle may have no point.  Where the test
     ``jumps`` over zero that is no root unless it may.  So near to rounding that of the parameter may count more than the bracket.
@@ -86,7 +86,7 @@ def bracketed(f, a, fa, b, fb, jumps=True):
         else:
             a, fa = t, made[0]
         near.append((t, made[1]))
-        if b - a < NARROW or made[0] == 0.0:
+        if b - a < narrow or made[0] == 0.0:
             break
     if not near or b - a > WIDE or not jumps and max(abs(fa), abs(fb)) > least:
         return None

@@ -27,7 +27,8 @@ ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their numbe
 HALVINGS, LEAP = 40, 1e-3  # of the interval in which numbers leap; relative difference over what is left that is one
 KEPT = 16  # series kept for systems that differ in the value of their parameter only: the branches of one diagram
 FARTHEST = 10.0  # of a parameter, or of half the interval of its path: where a line through its numbers ends
-SHAKEN = 1e-9  # relative change of all numbers that shows how a solution depends on them: far above rounding, and still linear
+SHAKEN = 1e-12  # relative change of all numbers that shows how a solution depends on them: twenty times what rounding makes of its
+# flow, which blurs it by a twentieth, and no more, so that the solution stays within its sequence of events where that is short
 EVEN = (0.6180339887498949, 0.7548776662466927)  # steps of sequences that fill (0, 1) evenly
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
 

@@ -7,7 +7,7 @@ Where both conditions are one (static friction equal to kinetic, Stribeck laws) 
 The same holds for another element that an event lets go at once: the force that held it must be beyond its limit there.
 """
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,28 +47,33 @@ class Earlier:
 
 def earlier_modes(scene, signature) -> list[Earlier]:
     """Return the modes that are tried before those after the events of ``signature``, built where they were not yet."""
-    found = []
-    for i, node in enumerate(signature.nodes.tolist()):
-        before, guard, after = node[:AFTER + 1]
-        if guard < 0:
-            continue
-        owner = scene.guard(before, guard)
-        found += let_go(scene, i, owner.element, before, after)
-        if scene.tables.kick[before, guard] or callable(owner.guard.then):  # of an impact there is one, or the state decides
-            continue
-        for key in owner.guard.then:
-            listed = key == scene.keys[after][owner.element]  # also where another element has changed with it
-            for mode in scene.tried(before, {owner.element: key}):
-                joined = [e for e, own in enumerate(scene.keys[mode]) if e != owner.element and own != scene.keys[before][e]]
-                if mode == after or listed and not joined:
-                    break
-                if mode != before and scene.tables.n_holds[mode] and not closes(scene, before, guard, mode, joined):
-                    jointly = isinstance(key, Joint)  # others of a facet, that let go with it in the listed mode
-                    gripping = held(scene, mode) - held(scene, after if jointly else before) if joined else {owner.element}
-                    found += [Earlier(i, mode, limits(scene, mode, gripping), takes_over=owner.element not in gripping),
-                              *(one for one in relieved(scene, i, owner.element, mode) if one.mode != after)]
-            if listed:
+    known: dict[tuple, list[Earlier]] = {}  # of long sequences most events are like others
+    for event in signature.nodes[:, :AFTER + 1].tolist():
+        if event[GUARD] >= 0 and tuple(event) not in known:
+            known[tuple(event)] = tried_before(scene, *event)
+    return [replace(one, node=i) for i, event in enumerate(signature.nodes[:, :AFTER + 1].tolist())
+            for one in known.get(tuple(event), ())]
+
+
+def tried_before(scene, before, guard, after) -> list[Earlier]:
+    """Return the modes that are tried before the one ``after`` an event, see `earlier_modes`; of node 0."""
+    owner = scene.guard(before, guard)
+    found = let_go(scene, 0, owner.element, before, after)
+    if scene.tables.kick[before, guard] or callable(owner.guard.then):  # of an impact there is one, or the state decides
+        return found
+    for key in owner.guard.then:
+        listed = key == scene.keys[after][owner.element]  # also where another element has changed with it
+        for mode in scene.tried(before, {owner.element: key}):
+            joined = [e for e, own in enumerate(scene.keys[mode]) if e != owner.element and own != scene.keys[before][e]]
+            if mode == after or listed and not joined:
                 break
+            if mode != before and scene.tables.n_holds[mode] and not closes(scene, before, guard, mode, joined):
+                jointly = isinstance(key, Joint)  # others of a facet, that let go with it in the listed mode
+                gripping = held(scene, mode) - held(scene, after if jointly else before) if joined else {owner.element}
+                found += [Earlier(0, mode, limits(scene, mode, gripping), takes_over=owner.element not in gripping),
+                          *(one for one in relieved(scene, 0, owner.element, mode) if one.mode != after)]
+        if listed:
+            break
     return found
 
 
@@ -148,7 +153,14 @@ class Refusal:
     def __init__(self, equations, earlier, value: float):
         self.equations = equations
         T = equations.numbers_at(value) if earlier else None
-        implied = {(one.node, one.mode) for one in earlier if one.alone is None and self._implied(T, one)}
+        known = {}
+
+        def implies(one):  # of long sequences most events are like others
+            event = (*equations.signature.nodes[one.node].tolist(), one.mode, one.guards, one.takes_over)
+            if event not in known:
+                known[event] = self._implied(T, one)
+            return known[event]
+        implied = {(one.node, one.mode) for one in earlier if one.alone is None and implies(one)}
         self.earlier = [one for one in earlier if (one.node, one.alone[0] if one.alone else one.mode) not in implied]
 
     def on(self, equations) -> "Refusal":

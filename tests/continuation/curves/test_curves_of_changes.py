@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.continuation.curves.problem import CurveProblem
+from bifurc.continuation.families import family_of
 from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce
 from bifurc.systems import belt_oscillator, bilinear_oscillator, impact_oscillator
 
@@ -57,6 +59,24 @@ def test_a_curve_of_stick_onsets_ends_where_a_touch_begins():
     counts = [len(bf.trace(bf.find_orbit(system.with_parameters(**{"coulomb.friction": mu})), "omega",
                            bounds=(0.6, 0.9)).special_points) for mu in (0.173, 0.183)]
     assert counts == [2, 1]
+
+
+@pytest.mark.parametrize("aside", [-1e-13, -1e-15, 1e-15, 1e-13])
+def test_a_curve_of_stick_onsets_sees_the_touch_before_them_from_whichever_side_it_starts(aside):
+    """The maximum behind the reversal is zero on one side of its onset, and none on the other.  Below a friction of .178 motions
+    rest twice a half-period just before they come to the frequency at which the rate of the reversal says that they begin to."""
+    second = "coulomb.friction"
+    system = rubbing_neighbour().with_parameters(**{second: 0.18, "omega": 0.74})
+    point = bf.trace(bf.find_orbit(system), "omega", bounds=(0.7, 0.75)).special_points.of("stick_onset")[-1]
+    x = point.x + aside * point.problem.scale * point.problem.null_tangent(point.x)
+    for name in ("leaving", "unlisted"):
+        start = CurveProblem(family_of(point.problem, second, (0.17, 0.19)), point.kind, name, (0.6, 0.9), np.append(x, 0.18))
+        touch = [monitor.name for monitor in start.monitors].index("unlisted")
+        for friction, rests in ((0.175, 4), (0.182, 2)):
+            c = start.correct(np.append(x, friction), np.eye(1, x.size + 1, x.size)[0], True)
+            beside = system.with_parameters(**{second: friction, "omega": float(c.x[-2]) + 5e-6})
+            counted = sum(event.kind.value == "stick" for event in bf.find_orbit(beside).events)
+            assert c.converged and (c.monitors[touch] > 1e-9, counted) == (rests == 4, rests)
 
 
 @pytest.mark.slow

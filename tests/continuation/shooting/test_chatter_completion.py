@@ -5,8 +5,10 @@ from mpmath import mpf
 
 import bifurc as bf
 from bifurc.continuation.shooting.completion import begun_at, growth, ratio, rebound, train
+from bifurc.continuation.shooting.problem import OrbitProblem, orbit_problem
 from bifurc.continuation.shooting.train_length import longer, shorter
 from bifurc.elements import Coulomb, HarmonicForce, RigidStop
+from bifurc.orbits.shooting.path import parameter_path
 from bifurc.orbits.shooting.sequence import CLOSES
 from tests.reference.completion import completes, cycle, rests, rests_beside_friction
 
@@ -283,3 +285,21 @@ def test_motions_that_slip_and_never_come_to_rest_end_in_the_same_point():
     (point,) = other.special_points.of("chatter_completion")
     assert point.parameter == pytest.approx(0.8124312244, abs=2e-10) and point.solution.success
     assert "release" in point.solution.signature
+
+
+def test_what_impacts_leave_open_that_no_parameter_ends_is_not_known(branch):
+    """The load of another mass, which nothing connects to the one that chatters, does not tell where that just completes; the
+    restitution does, and is no farther off than stated."""
+    completes_at, beside, load = branch.special_points[0].parameter, 1e-10, "harmonic_force_2.amplitude"
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [
+        HarmonicForce(0.6, dof=0), RigidStop(0.0, completes_at - 1e-5, dof=0), HarmonicForce(0.3, dof=1)], omega=0.7)
+    own = orbit_problem(bf.find_orbit(system), "rigid_stop.restitution", (0.4, 0.5))
+    known = own.x0[:-1]
+    for restitution, unknown in ((completes_at - 1e-5, False), (completes_at - beside, True)):  # more impacts than are listed
+        c = own.correct(np.append(known, restitution), np.eye(1, known.size + 1, known.size)[0], True)
+        orbit = own.solution(c.x)
+        path = parameter_path(orbit.scene, orbit.system, load, (0.2, 0.4))
+        other = OrbitProblem(orbit.system, path, orbit.sequence, orbit.weights, np.append(orbit.unknowns, 0.3), 0.1)
+        assert other.uncertainty(other.x0, other.null_tangent(other.x0)) == (np.inf if unknown else 0.0)
+        found = own.uncertainty(c.x, own.null_tangent(c.x))
+        assert beside < found < 1e-8 if unknown else found == 0.0

@@ -6,7 +6,7 @@ from scipy.optimize import fsolve
 
 import bifurc as bf
 from bifurc.continuation import StopReason
-from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.orbit import PeriodicOrbit
 
 PRESSED, LOAD = 2.0, 1.0
@@ -160,3 +160,47 @@ def test_a_stick_just_behind_a_reversal_is_followed_however_states_are_rounded(m
         first, second = branch.special_points
         assert (first.kind.value, second.kind.value) == ("stick_onset", "slip_onset") and branch.audit.ok
         assert (first.parameter, second.parameter) == (pytest.approx(stick, abs=1e-12), pytest.approx(slip, abs=1e-12))
+
+
+# a mass on a slider and under friction, whose reversals last for no time: at a limit of the load it begins to stick in them
+
+BODY, DAMPER, COIL, SLIDER = 1.2722, 0.2789, 2.8221, 1.88
+
+
+def stick_onset(load, limit, friction, guess):
+    """Return the frequency at which a motion with two reversals a period, symmetric, begins to stick in them: from its largest
+    displacement, at the phase ``phi`` of the load, the mass begins to move with no acceleration."""
+    def missed(unknowns):
+        top, phi, slips, omega = unknowns
+
+        def moved(z, time, stiffness, force):
+            A = np.zeros((5, 5))
+            A[0, 1], A[2, 3], A[3, 2] = 1.0, -omega, omega
+            A[1] = np.array([-stiffness, -DAMPER, load, 0.0, force]) / BODY
+            return expm(A * time) @ z
+        z = np.array([top, 0.0, np.cos(phi), np.sin(phi), 1.0])
+        pressed = COIL * top + limit - friction - load * np.cos(phi)
+        z = moved(z, slips, COIL + SLIDER, SLIDER * top - limit + friction)
+        length = z[0] - (top - 2.0 * limit / SLIDER)
+        z = moved(z, np.pi / omega - slips, COIL, limit + friction)
+        return [length, z[0] + top, z[1], pressed]
+    return fsolve(missed, guess, xtol=1e-14)[-1]
+
+
+@pytest.mark.parametrize("load, limit, friction, near", [
+    (0.736, 0.298, 0.086, 0.8133), pytest.param(0.736, 0.298, 0.1, 0.8393, marks=pytest.mark.slow)])
+def test_a_stick_begins_where_its_reaction_has_a_maximum_at_all(load, limit, friction, near):
+    """From above the reaction has no maximum in the reversal before, and one that is zero with the square of the way behind: its
+    zero is where it comes into being.  The slider is at its limit by itself."""
+    system = bf.System(BODY, DAMPER, COIL, [HarmonicForce(load), Jenkins(SLIDER, limit), Coulomb(friction)], omega=near + 1e-3)
+    orbit, bounds = bf.find_orbit(system), (near - 0.05, near + 0.08)
+    top = next(event for event in orbit.events if event.kind.value == "stick" and event.before[0] > 0.0)
+    onset = stick_onset(load, limit, friction, [top.before[0], orbit.system.omega * top.time, 3.0, near])
+    assert abs(onset - near) < 1e-3
+    branch = bf.trace(orbit, "omega", bounds=bounds)
+    assert branch.audit.ok
+    for start in (branch.orbits[0], branch.orbits[-1]):
+        other = bf.trace(start, "omega", bounds=bounds)
+        (point,) = other.special_points.of("stick_onset")
+        assert abs(point.parameter - onset) <= point.error + 1e-14 < 1e-9
+        assert other.stop_reason == (StopReason.BOUND, StopReason.BOUND)

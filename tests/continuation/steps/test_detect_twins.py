@@ -213,6 +213,20 @@ def test_numbers_that_move_a_zero_belong_to_its_error():
     assert detect.number_error(part, c, SimpleNamespace(slope=1.0), 1, 1.0) == 0.0
 
 
+@pytest.mark.parametrize("step", [1e-6, 1e-5, 1e-3, 0.8])
+@pytest.mark.parametrize("of, error", [
+    (lambda p, k: p - k, 0.4), (lambda p, k: p - k if p >= k else math.nan, 0.4),
+    (lambda p, k: p - k if p >= k else -1.0, 0.4), (lambda p, k: p - k if k == 0.4 else math.nan, math.inf)])
+def test_in_a_short_step_numbers_move_a_zero_as_far(step, of, error):
+    """However short the step in which it lies; what is known for no change of the numbers is not known, and not zero."""
+    part = Part(Line(user(lambda p: p - 0.4)), 0)
+    c = Curve(row_at(part, 0.4 - 0.25 * step), row_at(part, 0.4 + 0.75 * step)).at(0.25)
+    pair = [lambda k=k: Line(user(lambda p: of(p, k))) for k in (0.4 * (1.0 + 1e-6), 0.4 * (1.0 - 1e-6))]
+    part.problem.shaken = lambda: (1e-6, (pair, pair))
+    found = detect.number_error(part, c, SimpleNamespace(slope=step), 1, step * SPEED)
+    assert found == (math.inf if error == math.inf else pytest.approx(detect.FLOW * error, rel=1e-3))
+
+
 @pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_shallow_dip_is_found_from_afar(start, sign):

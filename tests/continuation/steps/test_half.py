@@ -75,7 +75,7 @@ def test_a_boundary_gives_way_to_a_bound_at_the_same_place_only():
     for bounds, first in (((-1.0, 0.9), True), ((0.9, 2.0), True), ((-1.0, 2.0), False)):
         half.options = SimpleNamespace(low=bounds[0], high=bounds[1])
         for away, error, same in ((0.0, 0.0, True), (1e-6, 0.0, False), (1e-6, 1e-5, True)):
-            cut = SimpleNamespace(row=SimpleNamespace(p=new.p + away), special=SimpleNamespace(error=error))
+            cut = SimpleNamespace(row=SimpleNamespace(p=new.p + away), special=SimpleNamespace(bound=error))
             assert bool(half.bound_first(new, cut)) is (first and same)
 
 
