@@ -5,11 +5,11 @@ periodic for what moves back by d once a period (`elements.timed.shift.Shift`). 
 (an angle), nothing else changes.  Where it is unknown the coordinate is put back to zero: perturbations along the direction die at
 once, and the multiplier 1 that they have otherwise is 0.
 """
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from ..checks import number, refused
+from ..checks import listed, number, plain_text, refused
 from ..elements.timed.shift import Shift
 from ..structure.components import place_of
 from ..system import System
@@ -35,10 +35,11 @@ def shifted(system: System, shift) -> System:
     ValueError
         Where a force, a guard or memory would change.
     """
-    known = dict(shift) if isinstance(shift, Mapping) else None
-    names = [shift] if isinstance(shift, str) else list(shift) if isinstance(shift, Mapping | Sequence) else []
-    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+    names = [shift] if isinstance(shift, str) else listed(shift)
+    if not names or not all(isinstance(name, str) for name in names) or len({*map(plain_text, names)}) < len(names):
         raise refused("find_orbit", "shift", shift, "names of different coordinates, such as ['q0'], or {'q0': 6.283185307179586}")
+    known = {plain_text(name): value for name, value in shift.items()} if isinstance(shift, Mapping) else None
+    names = [*map(plain_text, names)]
     if any(isinstance(element, Shift) for element in system.elements):
         raise ValueError(f"shift = {shift!r} is not allowed; the motions of {system!r} are seen up to a shift already")
     scene = scene_of(system)

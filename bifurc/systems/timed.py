@@ -1,6 +1,7 @@
 """Systems whose loads or stiffness follow time, and systems that advance: a mesh, tongues, a pendulum that turns, a capsule."""
 import math
 
+from ..checks import number
 from ..elements import ConstantForce, Coulomb, Force, HarmonicForce, ParametricSpring, ParametricStop, RigidStop
 from ..system import System, builder
 
@@ -54,6 +55,7 @@ def gear_mesh(*, damping: float = 0.06, load: float = 0.2, variation: float = 0.
     A. Kahraman, R. Singh, Interactions between time-varying mesh stiffness and clearance non-linearities in a geared system,
     J. Sound Vib. 146 (1991), 135-156.
     """
+    number("gear_mesh", "damping", damping, least=0.0)
     teeth = [ParametricStop(backlash, 1.0, variation=variation, side=side) for side in (1, -1)]
     return System(1.0, damping, 0.0, [ConstantForce(load), *teeth], omega=omega)
 
@@ -89,6 +91,7 @@ def rotating_pendulum(*, damping: float = 0.1, torque: float = 0.4, amplitude: f
     >>> orbit.stable
     True
     """
+    number("rotating_pendulum", "damping", damping, least=0.0)
     return System(1.0, damping, 0.0, [Force(_gravity, _gravity_slope, site=0), ConstantForce(torque), HarmonicForce(amplitude)],
                   omega=omega)
 
@@ -127,6 +130,8 @@ def vibro_impact_capsule(*, mass: float = 1.0, inner: float = 0.5, stiffness: fl
     >>> f"{orbit.shift['q0']:.6f}"
     '-0.382822'
     """
+    number("vibro_impact_capsule", "damping", damping, least=0.0)
+
     def between(value):
         return [[value, -value], [-value, value]]
 
