@@ -35,7 +35,7 @@ def shifted(system: System, shift) -> System:
     ValueError
         Where a force, a guard or memory would change.
     """
-    names = [shift] if isinstance(shift, str) else listed(shift)
+    names = [shift] if isinstance(shift, str) else listed(list(shift) if isinstance(shift, Mapping) else shift)
     if not names or not all(isinstance(name, str) for name in names) or len({*map(plain_text, names)}) < len(names):
         raise refused("find_orbit", "shift", shift, "names of different coordinates, such as ['q0'], or {'q0': 6.283185307179586}")
     known = {plain_text(name): value for name, value in shift.items()} if isinstance(shift, Mapping) else None

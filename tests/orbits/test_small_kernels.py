@@ -12,13 +12,14 @@ from bifurc.orbits.shooting import motion, path, resting, sequence
 from bifurc.orbits.shooting.labels import Labels
 from tests.reference.plain import plain
 
+PLAIN = SimpleNamespace(system=SimpleNamespace(elements=()))
 NOTHING = Labels((), np.empty((0, 3)))
 
 
 def test_multipliers_are_those_of_the_matrix_largest_first(rng):
     """Pairs with the positive part first; a state that nothing changes, and the shift of the phase, are left out."""
     Q = rng.normal(size=(3, 3))
-    whole, equations = SimpleNamespace(clock=0.0), SimpleNamespace()
+    whole, equations = SimpleNamespace(clock=0.0), SimpleNamespace(scene=PLAIN)
     M = Q @ np.array([[0.3, -0.4, 0.0], [0.4, 0.3, 0.0], [0.0, 0.0, -0.9]]) @ np.linalg.inv(Q)
     found = multipliers.nontrivial(equations, whole, None, M, NOTHING)
     assert found == pytest.approx([-0.9, 0.3 + 0.4j, 0.3 - 0.4j], abs=1e-12)
@@ -42,7 +43,7 @@ def test_the_shift_of_the_phase_is_no_multiplier(energy, rng, monkeypatch):
     inner = np.array([[1.0, 0.7, 0.2], [0.0, 1.0, 0.0], [0.0, 0.4, 0.6]]) if energy else np.diag([1.0, 0.6, -0.3])
     row = np.linalg.inv(Q)[1]  # left eigenvector of the Jordan block
     M = Q @ inner @ np.linalg.inv(Q)
-    found = multipliers.nontrivial(SimpleNamespace(weights=weights), SimpleNamespace(clock=2.0), None, M, NOTHING,
+    found = multipliers.nontrivial(SimpleNamespace(weights=weights, scene=PLAIN), SimpleNamespace(clock=2.0), None, M, NOTHING,
                                    row if energy else None)
     assert found == pytest.approx([0.6] if energy else [0.6, -0.3], abs=1e-9)
 

@@ -30,10 +30,17 @@ DIMENSIONS = {  # of the fields that have any
     el.LinearSpring: {"stiffness": STIFFNESS, "damping": DAMPING},
     el.LoadedMicroSlip: {"spring": STIFFNESS, "contact": STIFFNESS, "limits": FORCE},
     el.MicroSlip: {"spring": STIFFNESS, "contact": STIFFNESS, "limits": FORCE},
+    el.ParametricSpring: {"amplitude": STIFFNESS, "stiffness": STIFFNESS},
+    el.ParametricStop: {"gap": LENGTH, "amplitude": LENGTH, "stiffness": STIFFNESS, "damping": DAMPING, "variation": STIFFNESS},
+    el.PeriodicForce: {"amplitude": NONE, "mean": FORCE},
     el.PolynomialSpring: {f"c{k}": FORCE - k * LENGTH for k in (2, 3, 4, 5)},
+    el.Pulse: {"impulse": FORCE + TIME},
     el.RegularizedFriction: {"friction": FORCE, "width": SPEED, "belt_speed": SPEED},
     el.RigidStator: ROUND,
     el.RigidStop: {"gap": LENGTH, "amplitude": LENGTH},
+    el.Shift: {},
+    el.SquareForce: {"amplitude": FORCE},
+    el.SquareSpring: {"amplitude": STIFFNESS, "stiffness": STIFFNESS},
     el.Stribeck: {"kinetic": FORCE, "static": FORCE, "speed": SPEED, "belt_speed": SPEED},
 }
 
