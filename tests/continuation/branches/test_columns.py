@@ -135,7 +135,7 @@ def test_a_motion_that_forgets_all_between_two_touches_hits_with_the_speed_of_th
 # boundaries in a step
 
 def test_a_step_beyond_a_boundary_is_cut_or_says_why(monkeypatch):
-    part = SimpleNamespace(boundary=[1], monitors=[SimpleNamespace(kind="graze")], touch=1e-9, scale=np.ones(2))
+    part = SimpleNamespace(boundary=[1], monitors=[SimpleNamespace(kind="graze")], touch=1e-9, scale=np.ones(2), born=0)
 
     def row(s, *tests):
         return SimpleNamespace(s=s, tests=[0.0, *tests], part=part, det_sign=1.0, det_log=0.0, angle=0.1)
