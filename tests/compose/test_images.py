@@ -60,8 +60,8 @@ def test_fields_guards_and_jumps_are_images(scene, image, rng):
 @pytest.mark.parametrize("cls", [cls for cls in BUILT_IN.values() if cls not in {Force, Driven, DelayedFeedback, OilFilm}])
 def test_every_number_of_an_element_has_a_known_unit(cls):
     """The table of units in `tests.reference.images` names every number that is none of the kind that has no unit."""
-    numbers = {"phase", "load_phase", "load_amplitude", "static_ratio", "restitution", "load_amplitudes", "load_phases", "harmonic", "duty",
-               "variation_phase"}
+    numbers = {"phase", "load_phase", "load_amplitude", "static_ratio", "restitution", "load_amplitudes", "load_phases", "harmonic",
+               "duty", "variation_phase"}
     if issubclass(cls, AroundPoint):
         numbers |= {"friction"}
     element: Element = cls()
