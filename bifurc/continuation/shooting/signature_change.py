@@ -263,6 +263,8 @@ def meets_clock(problem, other) -> bool | None:
     it is no special point.
     """
     scene = problem.scene
+    if scene.n == 0 or not (scene.tables.kind == EventKind.RESET.code).any():  # that of a clock, too
+        return False
 
     def events(end) -> list[tuple]:
         places = end.sequence.nodes[listed(end)][:, :AFTER].tolist()
@@ -276,7 +278,7 @@ def meets_clock(problem, other) -> bool | None:
         return named
 
     one, two = events(problem), events(other)
-    if scene.n == 0 or not any(event[0] for event in one) or sorted(one) != sorted(two) or turns(one) & turns(two):
+    if not any(event[0] for event in one) or sorted(one) != sorted(two) or turns(one) & turns(two):
         return False
     felt, beside = ([[event for event in whole if not event[kind]] for whole in (one, two)] for kind in (1, 0))
     return None if turns(felt[0]) & turns(felt[1]) else bool(turns(beside[0]) & turns(beside[1]))
