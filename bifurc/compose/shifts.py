@@ -57,7 +57,8 @@ def shifted(system: System, shift) -> System:
         amounts[places] = [number("find_orbit", f"shift[{name!r}]", value) for name, value in known.items()]
         if not amounts.all(where=np.isin(np.arange(scene.ns), places)):
             raise refused("find_orbit", "shift", shift, "amounts that are not zero")
-        unchanged(scene, with_memory(scene, amounts))
+        amounts = with_memory(scene, amounts)
+        unchanged(scene, amounts)
         first = places[0]
         parts = [Shift(tuple((amounts / amounts[first]).tolist()), first, float(amounts[first]), system.period is not None)]
     return system.with_elements(parts)

@@ -116,6 +116,12 @@ def test_a_capsule_advances_with_all_that_is_in_it(contact):
     assert len(orbit.multipliers) == len(expected) - 1
 
 
+def test_memory_moves_along_by_what_is_known():
+    """The slider of an elastic contact goes where the capsule goes."""
+    orbit = bf.find_orbit(capsule(Jenkins(2.0, 0.25)), shift={"q0": -0.2, "q1": -0.2}, transient=40)
+    assert orbit.system.elements[-1].direction == pytest.approx((1.0, 1.0, 0.0, 0.0, 1.0), abs=1e-14)
+
+
 @pytest.mark.parametrize(("system", "shift", "said"), [
     (capsule(Coulomb(0.25)), ["q0", "q1"], "q0, q1 advance together"),
     (bf.System(np.eye(2), np.zeros((2, 2)), [[1.0, -1.0], [-1.0, 1.0]], [RigidStop(1.0, dof=1), HarmonicForce(0.3)], omega=1.0),
