@@ -29,8 +29,8 @@ from .checks import (
     refused,
     shown,
 )
-from .elements import BUILT_IN, Core, Element, Shift
-from .elements.element import tupled
+from .elements import Core, Element, Shift
+from .elements.element import element_from, tupled
 from .elements.friction.joint import joints
 from .elements.friction.together import leaders
 from .structure.names import dof_names, place_of
@@ -467,10 +467,10 @@ class System:
                                  f"Known: {', '.join(sorted(_BUILDERS))}")
             system = build(**record["parameters"])
             if "added" in record:
-                system = system.with_elements(_elements(record["added"], own))
+                system = system.with_elements([element_from(item, own) for item in record["added"]])
             system.__dict__["_kin"] = tupled(record.get("modes"))
             return system
-        made = _elements(record["elements"], own)
+        made = [element_from(item, own) for item in record["elements"]]
         system = cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"], dofs=record.get("dofs"))
         if "reduction" in record:
             from .structure.reduction import Reduction  # building a system loads no scipy
@@ -514,18 +514,6 @@ def of_states(elements: Iterable[Element], omega: float | None) -> System:
     system.__dict__.update(core=Core(nothing, nothing, nothing, omega), n=0, elements=tuple(elements), dofs=None, reduction=None,
                            _origin=None, _scene=None, _kin=None)
     return system
-
-
-def _elements(records: list[dict], own: dict) -> list[Element]:
-    """Return the elements that gave records; ``own`` are classes and functions of the user by name."""
-    made = []
-    for item in records:
-        found = own.get(item["class"]) or BUILT_IN.get(item["class"])
-        if found is None:
-            raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in "
-                             f"elements=[...]. Known: {', '.join(sorted(BUILT_IN))}")
-        made.append(found.from_record(item, own))
-    return made
 
 
 @dataclasses.dataclass(frozen=True)

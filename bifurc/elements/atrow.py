@@ -37,3 +37,18 @@ class AtRow(Element):
     def site(self, n):
         """Return the row it acts on."""
         return Rows.of(self.dof if self.row is None else self.row, n)
+
+
+class Waving(AtRow):
+    """An element on one row that follows one ``harmonic`` of the excitation, which its class declares."""
+
+    harmonic: int
+
+    def __post_init__(self):
+        super().__post_init__()
+        object.__setattr__(self, "harmonic", whole(type(self).__name__, "harmonic", self.harmonic, least=1))
+
+    @property
+    def harmonics(self):
+        """The one harmonic."""
+        return (self.harmonic,)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import refused, whole
-from .element import BUILT_IN, Element
+from .element import Element, element_from
 from .local import wave
 from .site import Rows
 
@@ -118,9 +118,5 @@ class Driven(Element):
     @classmethod
     def from_record(cls, record, functions=None):
         """Make the element that gave ``record``; classes of users are looked up by name in ``functions``."""
-        inner = record["element"]
-        found = (functions or {}).get(inner["class"]) or BUILT_IN.get(inner["class"])
-        if found is None:
-            raise ValueError(f"the record uses the element {inner['class']!r}; hand its class over in elements=[...]")
         rest = {name: value for name, value in record.items() if name not in ("class", "element")}
-        return cls(found.from_record(inner, functions), **rest)
+        return cls(element_from(record["element"], functions), **rest)

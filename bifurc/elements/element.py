@@ -179,6 +179,15 @@ class Element:
         return cls(**{name: tupled(value) for name, value in record.items() if name != "class"})
 
 
+def element_from(record: dict, functions: dict | None = None) -> Element:
+    """Make the element that gave ``record``; classes and functions of users are looked up by name in ``functions``."""
+    found = (functions or {}).get(record["class"]) or BUILT_IN.get(record["class"])
+    if found is None:
+        raise ValueError(f"the record uses the element {record['class']!r}; hand its class over in elements=[...]. "
+                         f"Known: {', '.join(sorted(BUILT_IN))}")
+    return found.from_record(record, functions)
+
+
 _FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...], tuple[tuple[str, Kind, bool], ...]]] = {}
 
 

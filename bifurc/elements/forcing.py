@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import choice, floats, number, refused, vector, whole
-from .atrow import AtRow
+from .atrow import AtRow, Waving
 from .element import Element
 from .local import affine, cos, rate, sin, wave
 from .mode import Mode
@@ -19,7 +19,7 @@ BETWEEN = 4  # samples at which harmonics are tried, a sample that they were tak
 
 
 @dataclass(frozen=True)
-class HarmonicForce(AtRow):
+class HarmonicForce(Waving):
     """Force amplitude cos(harmonic omega t + phase) on one degree of freedom, or spread over several.
 
     Parameters
@@ -37,15 +37,6 @@ class HarmonicForce(AtRow):
     amplitude: float = 1.0
     harmonic: int = 1
     phase: float = 0.0
-
-    def __post_init__(self):
-        super().__post_init__()
-        object.__setattr__(self, "harmonic", whole(type(self).__name__, "harmonic", self.harmonic, least=1))
-
-    @property
-    def harmonics(self):
-        """The one harmonic."""
-        return (self.harmonic,)
 
     def mode(self, key, core):
         """Return the only mode."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...checks import refused, whole
-from ..atrow import AtRow
+from ...checks import refused
+from ..atrow import Waving
 from ..kinds import EventKind
 from ..local import Affine, affine, u, wave
 from ..mode import Guard, Mode
@@ -16,7 +16,7 @@ BEFORE, AFTER = "before", "after"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Switched(AtRow):
+class Switched(Waving):
     """Something with two levels, the higher one while cos(harmonic omega t + phase) > cos(pi duty).
 
     Parameters
@@ -43,14 +43,8 @@ class Switched(AtRow):
     def __post_init__(self):
         super().__post_init__()
         name = type(self).__name__
-        object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=1))
         if not 0.0 < self.duty < 1.0:
             raise refused(name, "duty", self.duty, "a part of a period, above 0 and below 1")
-
-    @property
-    def harmonics(self):
-        """The one harmonic of its clock."""
-        return (self.harmonic,)
 
     def level(self, sign: float) -> Affine:
         """Return its force on the higher level, +1, or on the lower one, -1."""
@@ -143,7 +137,7 @@ class Impulse:
 
 
 @dataclass(frozen=True)
-class Pulse(AtRow):
+class Pulse(Waving):
     """Impulse at one phase of each period: the momentum along the row changes at once where harmonic omega t + phase = 0.
 
     Parameters
@@ -163,15 +157,6 @@ class Pulse(AtRow):
     phase: float = 0.0
 
     start = (BEFORE, AFTER)
-
-    def __post_init__(self):
-        super().__post_init__()
-        object.__setattr__(self, "harmonic", whole(type(self).__name__, "harmonic", self.harmonic, least=1))
-
-    @property
-    def harmonics(self):
-        """The one harmonic of its clock."""
-        return (self.harmonic,)
 
     def mode(self, key, core):
         """Return "before", the half of a period that ends in the pulse, or "after"."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...checks import choice, whole
-from ..atrow import AtRow
+from ..atrow import Waving
 from ..kinds import EventKind
 from ..local import Affine, affine, u, wave
 from ..mode import Guard, Law, Mode
@@ -34,7 +34,7 @@ def beside(site: Rows, motion: Affine) -> Rows:
 
 
 @dataclass(frozen=True)
-class ParametricSpring(AtRow):
+class ParametricSpring(Waving):
     """Spring whose stiffness varies: force -(stiffness + amplitude cos(harmonic omega t + phase)) u (Mathieu).
 
     Parameters
@@ -62,10 +62,6 @@ class ParametricSpring(AtRow):
     stiffness: float = 0.0
     harmonic: int = 1
     phase: float = 0.0
-
-    def __post_init__(self):
-        super().__post_init__()
-        object.__setattr__(self, "harmonic", whole(type(self).__name__, "harmonic", self.harmonic, least=1))
 
     def site(self, n):
         """Return the row it acts on, and the change of stiffness."""
